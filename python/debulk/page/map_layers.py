@@ -107,10 +107,11 @@ def _long_fibres(report: ReportData, limit: float) -> str:
 
 
 def _contours(grid: Grid, marked: NDArray[np.bool_]) -> str:
-    """Return an SVG path round the marked points."""
-    found, _ = cv2.findContours(marked.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    """Return an SVG path round the cells of the marked points."""
+    thirds = marked.astype(np.uint8).repeat(3, axis=0).repeat(3, axis=1)  # so that the path runs near the cells' sides
+    found, _ = cv2.findContours(thirds, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     path = ""
     for contour in found:
-        xy = grid.origin_mm + grid.spacing_mm * contour.reshape(-1, 2)
+        xy = grid.origin_mm + grid.spacing_mm * (contour.reshape(-1, 2) - 1) / 3
         path += "M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in xy.tolist()) + "Z"
     return path

@@ -26,7 +26,8 @@ def pages(report, tmp_path_factory):
     report.save(folder / "report.html")
     excess = Grid(np.zeros((60, 80), dtype=np.float32), np.array([-80.0, -60.0]), 2.0)
     excess.values[25:35, 30:50] = 1.0
-    dataclasses.replace(report, excess_map=excess).save(folder / "long.html")
+    shear = dataclasses.replace(excess, values=np.full((60, 80), 12.0, dtype=np.float32))
+    dataclasses.replace(report, excess_map=excess, shear_map=shear).save(folder / "long.html")
     for verdict in Verdict:
         Report(verdict=verdict, reason="nothing raised", pockets=()).save(folder / f"empty_{verdict}.html")
     hostile = dataclasses.replace(
@@ -271,10 +272,10 @@ def test_nets_without_a_still_picture_are_drawn_when_they_come_into_sight(browse
 @pytest.mark.parametrize("dark", [False, True])
 def test_the_map_shows_where_fibres_are_too_long(browser, pages, dark):
     browser.open(pages / "long.html", dark=dark)
-    shown = "['heights', 'excess'].map(k => document.querySelector(`.map image.${k}`).checkVisibility())"
-    assert browser.run(shown) == [True, False]
+    shown = "['heights', 'excess', 'shear'].map(k => document.querySelector(`.map image.${k}`).checkVisibility())"
+    assert browser.run(shown) == [True, False, False]
     browser.run("document.querySelector('[data-layer=excess]').click()")
-    assert browser.run(shown) == [False, True]
+    assert browser.run(shown) == [False, True, False]
     # The middle of the place where the fibres are 1 mm too long: half of that, and 0.43 thicknesses.
     browser.run("document.querySelector('.map svg').scrollIntoView()")
     middle = "(r => [r.x + r.width / 2, r.y + r.height / 2])(document.querySelector('{}').getBoundingClientRect())"
@@ -282,8 +283,12 @@ def test_the_map_shows_where_fibres_are_too_long(browser, pages, dark):
     browser("Input.dispatchMouseEvent", type="mouseMoved", x=at[0], y=at[1])
     browser.settle()
     assert "a ridge of 0.63 mm" in browser.run("document.querySelector('.map .readout').textContent")
+    browser.run("document.querySelector('[data-layer=shear]').click()")
+    browser.settle()
+    assert browser.run(shown) == [False, False, True]
+    assert "shear of 12.0 degrees" in browser.run("document.querySelector('.map .readout').textContent")
     browser.run("document.querySelector('[data-layer=heights]').click()")
-    assert browser.run(shown) == [True, False]
+    assert browser.run(shown) == [True, False, False]
 
 
 def test_it_prints(browser, pages):

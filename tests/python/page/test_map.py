@@ -1,8 +1,10 @@
 """What the map is made of: its colours, its marks, its frame."""
 
+import base64
 import dataclasses
 import re
 
+import cv2
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from debulk import Grid
 from debulk.page import map_frame, map_marks
 from debulk.page.measured_ridges import measured_ridges
 from debulk.page.report import page, report_map
-from debulk.page.scales import HeightScale
+from debulk.page.scales import HeightScale, colours
 from debulk.results.advice import advice
 from debulk.results.trace import Trace
 
@@ -48,6 +50,30 @@ def test_what_lies_below_the_reference_has_colours_that_nothing_above_it_has():
     below, above = (scale.paint(sign * np.linspace(0.02, 15, 400)).astype(int) for sign in (-1, 1))
     assert min(np.abs(above - one).max(axis=1).min() for one in below) >= 3
     assert scale.paint(np.float32([-99.0])).tolist() == scale.paint(np.float32([-15.0])).tolist()
+
+
+def sheared(report, **material):
+    values = np.full((40, 50), np.nan, dtype=np.float32)
+    values[2:-2, 2:-2] = 12.0
+    values[10:20, 10:30] = 48.0
+    recipe = {**report.recipe, "material": {**report.recipe["material"], **material}}
+    return dataclasses.replace(report, shear_map=Grid(values, np.array([100.0, 50.0]), 20.0), recipe=recipe)
+
+
+def test_the_shear_is_a_layer_with_what_is_locked_outlined(report):
+    assert [one.name for one in report_map(report).layers] == []
+    (layer,) = report_map(sheared(report)).layers
+    picture = cv2.imdecode(np.frombuffer(base64.b64decode(layer.png), np.uint8), cv2.IMREAD_UNCHANGED)[::-1]
+    assert (picture[0, 0, 3], picture[5, 5, 3], layer.top) == (0, 255, 50.0)
+    table = [rgb(one) for one in colours(256)]
+    assert [table.index(picture[y, x, 2::-1].tolist()) for y, x in ((5, 5), (15, 15))] == [61, 245]
+    round_it = numbers(layer.lines) * [1, -1]
+    # The cells of 10 to 29 and 10 to 19: from a third of a cell before the first point to one behind the last.
+    assert round_it.min(axis=0) == pytest.approx([300 - 20 / 3, 250 - 20 / 3], abs=0.1)
+    assert round_it.max(axis=0) == pytest.approx([680 + 20 / 3, 430 + 20 / 3], abs=0.1)
+    assert "beyond the locking angle of 45 degrees" in layer.key
+    free = report_map(sheared(report, locking_deg=60.0)).layers[0]
+    assert free.lines == "" and "locking" not in free.key
 
 
 def test_the_hatch_covers_its_box_and_nothing_else():

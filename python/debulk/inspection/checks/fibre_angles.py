@@ -105,7 +105,7 @@ def locked(ply: PlyOnMold) -> list[Finding]:
     most = float(np.nanmax(shear.values))
     reason = (
         f"the ply shears by up to {most:.0f} degrees, beyond its locking angle of {limit:g} degrees on "
-        f"{in_cm2(area_mm2)}, most of it round ({x:.0f}, {y:.0f}) mm: it buckles there, and its fibres may run "
-        "otherwise than a drape says"
+        f"{in_cm2(area_mm2)}; the largest such part lies round ({x:.0f}, {y:.0f}) mm: it buckles there, and its "
+        "fibres may run otherwise than a drape says"
     )
     return [Finding("locked", None, reason, most, limit, "degrees", (x, y))]
