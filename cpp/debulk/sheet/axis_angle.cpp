@@ -38,11 +38,10 @@ AxisAngle axis_angle(const Eigen::Vector3d& r, const Eigen::Vector3d& s, const E
   Matrix9 sine_twice = length * det_twice + by_det * by_length.transpose() + by_length * by_det.transpose();
   sine_twice.block<3, 3>(6, 6) += det / length * (one - e * e.transpose() / ee);
 
-  // Of atan2: by S twice -2 S C / q^2, by C twice the opposite, mixed (S^2 - C^2) / q^2, with q = S^2 + C^2.
-  const double twice = 2 * sine * cosine / (square * square), mixed = (sine * sine - cosine * cosine) / (square * square);
-  out.hessian = (cosine * sine_twice - sine * cosine_twice) / square +
-                twice * (by_cosine * by_cosine.transpose() - by_sine * by_sine.transpose()) +
-                mixed * (by_sine * by_cosine.transpose() + by_cosine * by_sine.transpose());
+  // The angle of (C, S) in a plane: the derivatives of the angle and of the logarithm of the radius, crossed.
+  const Vector9 by_radius = (sine * by_sine + cosine * by_cosine) / square;
+  const Matrix9 crossed = out.gradient * by_radius.transpose();
+  out.hessian = (cosine * sine_twice - sine * cosine_twice) / square - crossed - crossed.transpose();
   return out;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <type_traits>
+
 #include <Eigen/Geometry>
 
 #include "debulk/net/net.hpp"
@@ -24,13 +26,18 @@ class InPlaneBending : public SpringTerm<5> {
     Angle out;
     out.theta = at.theta;
     if (order == Order::value) return out;
-    const Eigen::Matrix3d one = Eigen::Matrix3d::Identity(), by_along = -cross_matrix(across), by_across = cross_matrix(along);
-    Eigen::Matrix<double, 9, 15> by_node = Eigen::Matrix<double, 9, 15>::Zero();
-    by_node.block<6, 9>(0, 0) << one, -one, Eigen::Matrix3d::Zero(), -one, Eigen::Matrix3d::Zero(), one;
-    by_node.block<3, 12>(6, 3) << -by_along, by_along, by_across, -by_across;
-    out.gradient = by_node.transpose() * at.gradient;
+    // Brings derivatives by r, s and the axis, one in each row of a column, to the coordinates of the nodes.
+    const auto to_nodes = [&](const auto& by) {
+      constexpr int columns = std::decay_t<decltype(by)>::ColsAtCompileTime;
+      const auto by_r = by.template topRows<3>(), by_s = by.template middleRows<3>(3), by_axis = by.template bottomRows<3>();
+      const Eigen::Matrix<double, 3, columns> by_along = cross_matrix(across) * by_axis, by_across = -cross_matrix(along) * by_axis;
+      Eigen::Matrix<double, 15, columns> nodes;
+      nodes << by_r - by_s, -by_r - by_along, by_s + by_along, by_across, -by_across;
+      return nodes;
+    };
+    out.gradient = to_nodes(at.gradient);
     if (order == Order::gradient) return out;
-    out.hessian = by_node.transpose() * at.hessian * by_node;
+    out.hessian = to_nodes(to_nodes(at.hessian).transpose().eval());
     // The axis is a product of the chords: its second derivative, by along and across, is constant.
     const Eigen::Matrix3d mixed = -cross_matrix(at.gradient.tail<3>());
     for (const auto& [row, column, sign] : {std::array{2, 3, 1}, {2, 4, -1}, {1, 3, -1}, {1, 4, 1}}) {

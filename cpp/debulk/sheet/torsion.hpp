@@ -21,13 +21,17 @@ class Torsion : public SpringTerm<4> {
     Angle out;
     out.theta = at.theta;
     if (order == Order::value) return out;
-    Eigen::Matrix<double, 9, 12> by_node = Eigen::Matrix<double, 9, 12>::Zero();
-    for (const auto& [vector, from, to] : {std::array{0, 0, 2}, {1, 1, 3}, {2, 0, 1}}) {
-      by_node.block<3, 3>(3 * vector, 3 * from) -= Eigen::Matrix3d::Identity();
-      by_node.block<3, 3>(3 * vector, 3 * to) += Eigen::Matrix3d::Identity();
-    }
-    out.gradient = by_node.transpose() * at.gradient;
-    if (order == Order::hessian) out.hessian = by_node.transpose() * at.hessian * by_node;
+    out.gradient = to_nodes(at.gradient);
+    if (order == Order::hessian) out.hessian = to_nodes(to_nodes(at.hessian).transpose());
+    return out;
+  }
+
+  // Brings derivatives by the three vectors, one in each row of a column, to the coordinates of the nodes.
+  template <class Nine>
+  static Eigen::Matrix<double, 12, Nine::ColsAtCompileTime> to_nodes(const Eigen::MatrixBase<Nine>& by) {
+    const auto by_r = by.template topRows<3>(), by_s = by.template middleRows<3>(3), by_e = by.template bottomRows<3>();
+    Eigen::Matrix<double, 12, Nine::ColsAtCompileTime> out;
+    out << -by_r - by_e, by_e - by_s, by_r, by_s;
     return out;
   }
 
