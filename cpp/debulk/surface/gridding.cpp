@@ -18,8 +18,9 @@
 namespace debulk {
 namespace {
 
-constexpr int tile_side = 32;   // pixels
-constexpr int band_lines = 96;  // lines of the fine grid; a band of grid rows belongs to one thread
+constexpr int tile_side = 32;     // pixels
+constexpr int band_lines = 96;    // lines of the fine grid; a band of grid rows belongs to one thread
+constexpr int enough_bands = 16;  // a grid with more of them gets higher ones, which share fewer tiles with their neighbours
 constexpr float nothing = -std::numeric_limits<float>::infinity();
 
 // The fine grid: grid point j has the lines j * times ... j * times + times - 1, of which the middle one passes
@@ -194,7 +195,7 @@ class OrganisedGridding {
 
   void run() {
     find_tiles();
-    const int rows = std::max(1, band_lines / fine_.times);
+    const int least = std::max(1, band_lines / fine_.times), rows = std::clamp(grid_.ny / enough_bands, least, 3 * least);
     parallel_for(grid_.ny, rows, threads_, stop_, [&](long begin, long end) {
       Band band{static_cast<int>(begin) * fine_.times, static_cast<int>(end) * fine_.times, fine_.columns(), {}};
       band.z.assign(static_cast<std::size_t>(band.last - band.first) * band.columns, nothing);

@@ -195,14 +195,16 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._pose = reference.place.pose(self.mold_from_scanner)
         self.setup = Setup(reference, self.ply, self._pose, self.mask)
-        self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
-        self._wrinkles = WrinkleSearch(self.setup)
-        self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
-        self.chain = chain
-        self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
-        self._humps = preparation.step("humps", 0.93, lambda: humps_of(reference.seen, self.ply))
-        preparation.step("fibres", 0.94, lambda: self.ply.fibres)
-        self._finder = preparation.step("regions", 0.96, lambda: finder_for(self.setup))
+        humps = in_parallel(preparation.stop, lambda: humps_of(reference.seen, self.ply), recipe.run.threads)
+        with humps as found:  # these steps leave cores idle
+            self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
+            self._wrinkles = WrinkleSearch(self.setup)
+            self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
+            self.chain = chain
+            self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
+            preparation.step("fibres", 0.93, lambda: self.ply.fibres)
+            self._finder = preparation.step("regions", 0.94, lambda: finder_for(self.setup))
+            self._humps = preparation.step("humps", 0.98, found)
         self._tracing = Tracing(self._given)
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()

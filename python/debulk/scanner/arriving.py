@@ -13,8 +13,6 @@ from debulk.scanner.decode import Planes
 from debulk.scanner.inputs import Image, InputError, checked_image, greatest_grey
 from debulk.scanner.triangulate import Scan
 
-__all__ = ["Arriving"]
-
 Complete = Callable[..., Scan]
 
 

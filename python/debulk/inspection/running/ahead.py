@@ -10,8 +10,6 @@ from debulk import _core
 from debulk.inspection.running.cycle import Cancelled, Cycle, Progress
 from debulk.stopping import known
 
-__all__ = ["Ahead"]
-
 Result = TypeVar("Result")
 _BEAT_S = 0.05  # between two looks at the deadline, and between two calls of the progress function
 
