@@ -154,6 +154,7 @@ study: $(stamps)/package $(stamps)/bench ## Study the solver's error against run
 	$(python) bench/study/profiles.py
 	$(python) bench/study/scans.py
 	$(python) bench/study/places.py
+	$(python) bench/study/physics.py
 
 .PHONY: referee
 referee: $(stamps)/package $(stamps)/bench $(stamps)/referee ## Make what is missing of the referee's table; hours the first time
