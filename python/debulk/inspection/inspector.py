@@ -202,7 +202,7 @@ class Inspector:
             self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
             self.chain = chain
             self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
-            preparation.step("fibres", 0.93, lambda: self.ply.fibres)
+            preparation.step("fibres", 0.93, self.ply.prepare)
             self._finder = preparation.step("regions", 0.94, lambda: finder_for(self.setup))
             self._humps = preparation.step("humps", 0.98, found)
         self._tracing = Tracing(self._given)

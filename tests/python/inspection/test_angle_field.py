@@ -206,6 +206,8 @@ def test_angles_that_end_beside_the_ply_are_no_gap_and_those_that_end_on_it_are(
     assert findings_of(ply(90.0, SQUARE), runs) == []
     assert findings_of(ply(40.0, SQUARE), runs)[0] == ("fibre_angles", Verdict.INVALID)
     assert findings_of(ply(40.0, None), runs) == [("fibre_angles", Verdict.INVALID)]
+    point = Grid(np.full((3, 3, 2), (0.0, 90.0)), np.array([1e9, 0.0]), 1e-6)  # of another frame, far too fine
+    assert findings_of(PlyOnMold(PLANE, SQUARE, point, Recipe()), runs)[0] == ("fibre_angles", Verdict.INVALID)
 
 
 def test_a_locked_part_is_named_from_the_area_of_the_smallest_pocket_on():

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk import pocket
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
 from debulk.inspection.ply import angle_field, excess
-from debulk.inspection.ply.fibre_angles import looked_up
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -21,7 +19,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.ply.fibre_runs import ScanRuns
 
-Floats = NDArray[np.float64]
 _TURN_BACK = "lay the ply anew, or give the nominal directions of this ply"
 _COVER = "give angles that cover the whole ply, or nominal ones (nominal_angles_deg) that fill the gaps"
 _SHOWN = 0.5  # least share of an excess that two lines at right angles show, whichever way the fibres run
@@ -41,15 +38,14 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
         )
         measured = (off.median_deg, limits.max_turn_deg, "degrees")
         yield Finding("fibre_angles", Verdict.INVALID, reason, *measured, remedy=_TURN_BACK)
-    field = ply.fibre_angles_deg
-    if not isinstance(field, Grid):
+    gaps = ply.gaps
+    if gaps is None:
         return
     if runs is not None:
-        yield from _too_long(runs.runs, field, ply)
-    gaps = ~np.isfinite(field.values).all(axis=2) & angle_field.on_ply(field, ply.outline)
-    if ply.outline is None or not gaps.any():
+        yield from _too_long(runs.runs, gaps, ply)
+    if ply.outline is None:  # where nobody knows what is ply
         return
-    if parts := list(angle_field.parts_of(gaps, field, ply.recipe.segmentation.area_tol_mm2)):
+    if parts := list(angle_field.parts_of(gaps.values, gaps, ply.recipe.segmentation.area_tol_mm2)):
         (x, y), area_mm2 = parts[0].place_mm, sum(part.area_mm2 for part in parts)
         reason = (
             f"the fibre directions are not known on {in_cm2(area_mm2)} of the ply, where the sensor saw none or the "
@@ -58,15 +54,16 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
         yield Finding("fibre_angles", None, reason, area_mm2, None, "mm2", (x, y), remedy=_COVER)
 
 
-def _too_long(runs: FibreRuns, field: Grid, ply: PlyOnMold) -> Iterator[Finding]:
+def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
     """Yield INVALID for the longest fibre over a gap, if it may make a ridge above the limit."""
     limit_mm = ply.recipe.verdict.max_ridge_mm
     longest_mm = excess.most_mm(runs) / _SHOWN
+    near = Grid(cv2.dilate(gaps.values.astype(np.uint8), np.ones((3, 3))), gaps.origin_mm, gaps.spacing_mm)
     for n in np.argsort(-longest_mm, kind="stable").tolist():
         ridge_mm = excess.ridge_of(float(longest_mm[n]), ply.recipe)
         if ridge_mm <= limit_mm:
             return
-        if not _over_gap(runs, n, field, ply.outline):
+        if not _over(runs, n, near):
             continue
         x, y = runs.top_mm[n].tolist()
         reason = (
@@ -77,19 +74,15 @@ def _too_long(runs: FibreRuns, field: Grid, ply: PlyOnMold) -> Iterator[Finding]
         return
 
 
-def _over_gap(runs: FibreRuns, n: int, field: Grid, ply_outline: Floats | None) -> bool:
-    """Return whether a run comes within a point of a gap of the field, or leaves it."""
-    first, top, last = runs.from_mm[n], runs.top_mm[n], runs.to_mm[n]
-    beside = float(field.spacing_mm) * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]], dtype=np.float64)
-    line = np.vstack([_between(first, top, field), _between(top, last, field)])
-    places = (line[:, None] + beside).reshape(-1, 2)
-    unknown = places[~np.isfinite(looked_up(field, places)[0]).all(axis=1)]
-    return len(unknown) > 0 and (ply_outline is None or bool(pocket.inside(ply_outline, unknown).any()))
-
-
-def _between(a: Floats, b: Floats, field: Grid) -> Floats:
-    count = int(np.ceil(np.linalg.norm(b - a) / field.spacing_mm)) + 1
-    return a + np.linspace(0, 1, count + 1)[:, None] * (b - a)
+def _over(runs: FibreRuns, n: int, flags: Grid) -> bool:
+    """Return whether a run comes over a flag."""
+    corners = np.stack([runs.from_mm[n], runs.top_mm[n], runs.to_mm[n]])
+    count = 2 + int(np.linalg.norm(np.diff(corners, axis=0), axis=1).max() / flags.spacing_mm)
+    share = np.linspace(0, 1, count)[:, None, None]
+    line = (1 - share) * corners[:-1] + share * corners[1:]
+    at = np.rint((line - flags.origin_mm) / flags.spacing_mm).astype(int)
+    i, j = np.moveaxis(np.clip(at, 0, np.array(flags.values.shape[::-1]) - 1), -1, 0)
+    return bool(flags.values[j, i].any())
 
 
 def locked(ply: PlyOnMold) -> list[Finding]:

@@ -21,7 +21,7 @@ from debulk.surface import Reference
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-_LEAST_APART_MM = 5.0  # of the points of a shear map: a sensor's field may be far finer
+_LEAST_APART_MM = 5.0  # of the points of what is made from a field: a sensor's may be far finer
 
 
 @dataclass(frozen=True)
@@ -108,6 +108,18 @@ def across_gaps(field: Grid) -> Grid:
     first = field.values[..., 0].ravel()[nearest[labels]]
     values = np.where(known[..., None], field.values, np.dstack([first, first + 90]))
     return Grid(values, field.origin_mm, field.spacing_mm)
+
+
+def gaps_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> Grid | None:
+    """Return where on the ply no directions are known, as flags 5 mm or a field's spacing apart; None: nowhere."""
+    around = np.asarray(_core.surface.extent(reference)) if ply_outline is None else ply_outline
+    low, spacing_mm = around.min(axis=0), max(_LEAST_APART_MM, float(field.spacing_mm))
+    nx, ny = np.ceil((around.max(axis=0) - low) / spacing_mm).astype(int) + 1
+    gaps = Grid(np.zeros((ny, nx), dtype=np.bool_), low, spacing_mm)
+    gaps.values[...] = ~np.isfinite(looked_up(field, points_of(gaps))[0]).all(axis=2)
+    if gaps.values.any():
+        gaps.values[...] &= on_ply(gaps, ply_outline)
+    return gaps if gaps.values.any() else None
 
 
 def shear_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> Grid:

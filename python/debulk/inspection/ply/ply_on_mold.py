@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -80,5 +81,17 @@ class PlyOnMold:
     @kept
     def shear(self) -> Grid | None:
         """Its shear, degrees, if its fibre directions are known from place to place."""
+        return self._of_field(angle_field.shear_of)
+
+    @kept
+    def gaps(self) -> Grid | None:
+        """Where on it the fibre directions are not known; None if they are everywhere."""
+        return self._of_field(angle_field.gaps_of)
+
+    def prepare(self) -> None:
+        """Make what is the same for every scan."""
+        _ = self.fibres, self.shear, self.gaps
+
+    def _of_field(self, made: Callable[[Grid, Reference, Floats | None], Grid | None]) -> Grid | None:
         angles = self.fibre_angles_deg
-        return angle_field.shear_of(angles, self.reference, self.outline) if isinstance(angles, Grid) else None
+        return made(angles, self.reference, self.outline) if isinstance(angles, Grid) else None
