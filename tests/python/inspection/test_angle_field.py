@@ -8,6 +8,7 @@ from debulk.inspection.checks import fibre_angles
 from debulk.inspection.ply.angle_field import (
     Turned,
     across_gaps,
+    closed,
     completed,
     nominal_on,
     parts_of,
@@ -137,6 +138,24 @@ def test_a_ply_turned_by_half_a_right_angle_is_off_in_either_order():
     assert off.median_deg == pytest.approx(45, abs=1.5)
     with pytest.raises(InputError, match="no place has both"):
         turned(seen, field(np.nan, np.nan), None)
+
+
+def test_single_drop_outs_are_closed_and_wider_gaps_are_not():
+    seen = field(10.0, 95.0)
+    seen.values[4, 4, 1] = np.nan
+    seen.values[10:13, 10:13] = np.nan
+    whole = closed(seen)
+    assert whole.values[4, 4].tolist() == [10.0, 95.0]
+    assert np.argwhere(np.isnan(whole.values).any(axis=2)).tolist() == [[11, 11]]  # 20 mm from the next known one
+    coarse = field(spacing_mm=20.0)
+    coarse.values[4, 4] = np.nan
+    assert np.isnan(closed(coarse).values[4, 4]).all() and closed(field()).values.shape == (21, 21, 2)
+    # How much a direction changes in 10 mm on a sphere of 400 mm, where the ply shears by up to 30 degrees.
+    s = np.linspace(0.0, 0.53, 200)
+    shear = 90 - np.degrees(crossing_on_a_sphere(s))
+    assert shear[-1] == pytest.approx(30, abs=0.5)
+    across = 2 * np.sqrt(s[1:]) * 10 / 400  # change of u v / R² along the diagonal, u = v
+    assert (np.diff(shear) / np.diff(s) * across).max() / 2 < 1.0  # shared by the two families
 
 
 def test_lines_go_on_across_a_gap_along_what_is_known_nearest():

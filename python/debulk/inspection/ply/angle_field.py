@@ -1,12 +1,13 @@
 """A field of fibre directions: what a drape or a sensor says from place to place, where it says nothing, and its shear.
 
 A sensor's gaps are filled from how the ply was meant to lie, if that is given, because both were compared where the
-sensor saw the ply. What remains is a gap: nothing is made up there, and a fibre that may be too long in it is INVALID.
+sensor saw the ply. Drop-outs are closed. What remains is a gap: nothing is made up there, and a fibre that may be too
+long in it is INVALID.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -21,6 +22,7 @@ from debulk.surface import Reference
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+_CLOSED_MM = 10.0  # distance of a known direction that counts here, too
 _LEAST_APART_MM = 5.0  # of the points of what is made from a field: a sensor's may be far finer
 
 
@@ -91,6 +93,20 @@ def turned(measured: Grid, nominal: Grid, ply_outline: Floats | None) -> Turned:
     return Turned(float(medians[worst]), float(np.median(apart[known][:, worst])), int(known.sum()))
 
 
+def closed(field: Grid) -> Grid:
+    """Return a field in which places within 10 mm of a known direction have that: single drop-outs are no gaps.
+
+    On a mold with a radius of 400 mm directions 10 mm apart differ by less than a degree, as long as the shear is below
+    30 degrees.
+    """
+    known = np.isfinite(field.values).all(axis=2)
+    if known.all():
+        return field
+    away, nearest = _nearest(known)
+    values = np.where((away * field.spacing_mm <= _CLOSED_MM)[..., None], nearest(field.values), field.values)
+    return Grid(values, field.origin_mm, field.spacing_mm)
+
+
 def across_gaps(field: Grid) -> Grid:
     """Return a field for fibre lines, which has directions in its gaps, too: those of the nearest known place.
 
@@ -100,14 +116,23 @@ def across_gaps(field: Grid) -> Grid:
     known = np.isfinite(field.values).all(axis=2)
     if known.all():
         return field
-    _, labels = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    nearest = np.zeros(int(labels.max()) + 1, dtype=np.intp)
-    nearest[labels[known]] = np.flatnonzero(known)
-    first = field.values[..., 0].ravel()[nearest[labels]]
+    first = _nearest(known)[1](field.values)[..., 0]
     values = np.where(known[..., None], field.values, np.dstack([first, first + 90]))
     return Grid(values, field.origin_mm, field.spacing_mm)
+
+
+def _nearest(known: Flags) -> tuple[Floats, Callable[[Floats], Floats]]:
+    """Return how many points away the nearest known one is, and a function that takes its value for every point."""
+    away, labels = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    places = np.zeros(int(labels.max()) + 1, dtype=np.intp)
+    places[labels[known]] = np.flatnonzero(known)
+
+    def taken(values: Floats) -> Floats:
+        return np.asarray(values.reshape(known.size, -1)[places[labels]])
+
+    return away.astype(np.float64), taken
 
 
 def gaps_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> Grid | None:

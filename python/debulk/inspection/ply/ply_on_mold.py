@@ -61,10 +61,12 @@ class PlyOnMold:
         InputError
             If measured and nominal angles are known at no common place of the ply.
         """
-        if nominal is None or not isinstance(given, Grid):
+        if not isinstance(given, Grid):
             return cls(reference, outline, given, recipe)
-        turned = angle_field.turned(given, nominal, outline)
-        return cls(reference, outline, angle_field.completed(given, nominal), recipe, turned)
+        if nominal is None:
+            return cls(reference, outline, angle_field.closed(given), recipe)
+        both, turned = angle_field.completed(given, nominal), angle_field.turned(given, nominal, outline)
+        return cls(reference, outline, angle_field.closed(both), recipe, turned)
 
     @kept
     def datum(self) -> Reference:
