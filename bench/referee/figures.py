@@ -14,7 +14,7 @@ from tables import Table, build
 
 from debulk import _core, net, ridge, section, sheet, solve, verdict
 from debulk.inspection.evaluate import starts
-from debulk.inspection.evaluate.laid_pocket import criteria
+from debulk.inspection.evaluate.by_runs import criteria
 from debulk.recipe import Recipe
 
 WINDOWS_MM = (34.0, 38.0, 42.0)  # H / (mu P) is 17 to 21 mm on each side of the fold

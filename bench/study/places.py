@@ -15,11 +15,13 @@ from textwrap import fill
 
 import numpy as np
 
-from debulk import Inspector, scenes, solve
+from debulk import Inspector, _core, scenes, solve
 from debulk.inspection.evaluate import ridges, starts
+from debulk.inspection.evaluate.by_runs import by_runs
 from debulk.inspection.evaluate.laid_pocket import LaidPocket, lay_pocket
+from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply import polyline
-from debulk.pocket import Foot
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe
 from debulk.results.ridge import RidgeGeometry
 
@@ -49,18 +51,21 @@ def places_of(layup: int, pixels: tuple[int, int], count: int) -> list[Place]:
         minima = solve.minimise(
             laid.sheet, recipe.solve.method, starts=count + 2, seed=recipe.solve.seed, tolerance=recipe.solve.tolerance
         ).minima[1:]
-        reported = _reported(laid, minima[0], found.foot)
+        reported = _reported(found, laid, minima[0], inspector.ply)
         radius_mm = float(np.sqrt(found.foot.area_mm2 / np.pi))
         for minimum in minima[1:]:
             off_mm = _off(laid, minimum, reported)
             if off_mm is not None:
-                places.append(Place(layup, found.number, laid.excess is not None, off_mm / radius_mm))
+                places.append(Place(layup, found.number, laid.held, off_mm / radius_mm))
     return places
 
 
-def _reported(laid: LaidPocket, minimum: solve.Solution, foot: Foot) -> tuple[RidgeGeometry, ...]:
-    if laid.excess is not None:
-        return ridges.of_excess(laid, foot)
+def _reported(
+    found: FoundPocket, laid: LaidPocket, minimum: solve.Solution, ply: PlyOnMold
+) -> tuple[RidgeGeometry, ...]:
+    foot = found.foot
+    if laid.held:
+        return ridges.of_excess(laid, by_runs(found, ply, _core.Stop()).excess, foot)
     if not minimum.certified:
         return ()
     best = laid.post_process(minimum)

@@ -77,7 +77,6 @@ void bind_net(py::module_ m) {
   py::class_<PocketNet>(m, "PocketNet")
       .def_readonly("net", &PocketNet::net)
       .def_readonly("area", &PocketNet::area)
-      .def_readonly("finer", &PocketNet::finer)
       .def_property_readonly("held_all_round", &PocketNet::held_all_round)
       .def_property_readonly("open_ends", [](const PocketNet& pocket) { return column_array<std::int32_t>(pocket.open_ends); });
 
@@ -85,7 +84,6 @@ void bind_net(py::module_ m) {
       .def(py::init<>())
       .def_readwrite("spacing_mm", &FibreNetOptions::spacing)
       .def_readwrite("node_target", &FibreNetOptions::node_target)
-      .def_readwrite("finer_too", &FibreNetOptions::finer_too)
       .def_readwrite("free_edge_mm", &FibreNetOptions::edge_tol)
       .def_readwrite("mold_tol_mm", &FibreNetOptions::mold_tol)
       .def_property(

@@ -88,8 +88,7 @@ void bind_ridge(py::module_ m) {
 
   py::class_<HeldExcess>(m, "HeldExcess")
       .def_readonly("fibres", &HeldExcess::fibres)
-      .def_readonly("largest_mm", &HeldExcess::largest)
-      .def_readonly("bridge_bound_mm", &HeldExcess::bridge_bound);
+      .def_readonly("largest_mm", &HeldExcess::largest);
   m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
   m.def(
       "string_bound",

@@ -54,7 +54,6 @@ void bind_evidence(py::module_ m) {
       .def(py::init<>())
       .def_readwrite("inside_ply", &PocketEvidence::inside_ply)
       .def_readwrite("excess_ridge", &PocketEvidence::excess_ridge)
-      .def_readwrite("no_bridge", &PocketEvidence::no_bridge)
       .def_readwrite("rms", &PocketEvidence::rms)
       .def_readwrite("ridge_height", &PocketEvidence::ridge_height)
       .def_readwrite("bridge_height", &PocketEvidence::bridge_height)

@@ -29,7 +29,7 @@ class Verdict(StrEnum):
     """
 
     CEASE = "cease"
-    """The pocket closes within the criteria; a certificate proves it, or no fibre can bridge at any minimum."""
+    """The pocket closes within the criteria, by the length of its fibres or by certified minima."""
     UNDECIDED = "undecided"
     """The evidence lies on both sides of a limit, or is not certified."""
     CREASE = "crease"
@@ -158,15 +158,13 @@ def judge(
     refused: str = "",
     inside_ply: bool = False,
     excess_range_mm: tuple[float, float] | None = None,
-    no_bridge: bool = False,
     criteria: Criteria | None = None,
 ) -> Judgement:
     """Judge one pocket.
 
     INVALID takes precedence over CREASE, CREASE over UNDECIDED, and UNDECIDED over CEASE. If the figures of the minima
     decide and there is no certificate, the verdict is UNDECIDED, because a truncated solve still has the height of the
-    pocket it began with. If the excess decides, CREASE needs no minimum, since every minimum keeps the excess; CEASE
-    needs a certified minimum, or `no_bridge`.
+    pocket it began with. The excess needs no minimum, since every minimum keeps it.
 
     Parameters
     ----------
@@ -174,8 +172,10 @@ def judge(
         Whether the certificate holds for every solution that the figures come from.
     rms_mm, ridge_height_mm, bridge_height_mm
         Figures of `debulk.ridge.post_process`, mm. NaN means that none was found, which gives UNDECIDED.
-    rms_range_mm, ridge_range_mm, bridge_range_mm
+    rms_range_mm, ridge_range_mm
         Lowest and highest value over the certified solutions from several starts, mm. Default: the figure itself.
+    bridge_range_mm
+        Lowest and highest height of a bridge, mm. Default: `bridge_height_mm`. NaN: not known.
     compliant
         Whether the length error is above 1e-4, so that a compliance was needed. The margin round the limits is then
         wider.
@@ -193,9 +193,6 @@ def judge(
         Whether the excess decides: every node of the rim is held, or the ridge keeps the limit even if it is.
     excess_range_mm
         Lowest and highest height of the ridge from the excess length, mm. None: it is not known.
-    no_bridge
-        Whether no fibre is, as a whole, short enough to bridge up to the limit. A bridge in a certified minimum counts
-        nevertheless.
     criteria
         Default: ``Criteria()``.
 
@@ -226,7 +223,6 @@ def judge(
     evidence = _core.verdict.PocketEvidence()
     evidence.inside_ply = inside_ply
     evidence.excess_ridge = None if excess_range_mm is None else _core.verdict.Spread(*excess_range_mm)
-    evidence.no_bridge = no_bridge
     evidence.rms = _core.verdict.Spread(*(rms_range_mm or (rms_mm, rms_mm)))
     evidence.ridge_height = _core.verdict.Spread(*(ridge_range_mm or (ridge_height_mm, ridge_height_mm)))
     evidence.bridge_height = _core.verdict.Spread(*(bridge_range_mm or (bridge_height_mm, bridge_height_mm)))

@@ -105,7 +105,7 @@ class Row:
 
 def run(case: Case, setting: Setting, reference: Reference | None, deadline_s: float) -> Row:
     """Solve and post-process. The time is CPU time of the solving thread, without waiting for other programs."""
-    picture = setting.as_inspected and case.laid.by_excess
+    picture = setting.as_inspected and case.laid.held
     names = ("method", "starts", "most_starts", "tolerance", "stiffness")
     recipe = case.recipe.model_copy(update={"solve": {name: getattr(setting, name) for name in names}})
     stop = _core.Stop()

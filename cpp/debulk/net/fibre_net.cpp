@@ -245,16 +245,6 @@ PocketNet with_enough_inside(PocketMesher& mesher, PocketNet net, double target,
   return net;
 }
 
-// Returns the net at half the spacing if its rim closes and no node is free; else an empty net.
-Net finer_net(PocketMesher& mesher, double spacing, const Stop& stop) {
-  try {
-    PocketNet finer = mesher.net(spacing / 2, stop);
-    if (finer.open_ends.empty() && finer.held_all_round()) return std::move(finer.net);
-  } catch (const InputError&) {  // no net can be laid at that spacing, so there is no finer net
-  }
-  return {};
-}
-
 }  // namespace
 
 void FibreNetOptions::check() const {
@@ -291,7 +281,6 @@ PocketNet fibre_net(const Surface& ply, const Surface& mold, const PocketShape& 
     for (std::size_t i = 0; i < net.past_ends.size(); ++i)
       if (net.past_ends[i] > 0 && !lies_on(mold, net.net.nodes[i], options.mold_tol)) net.past_ends[i] = 0;
   }
-  if (options.finer_too && net.held_all_round()) net.finer = finer_net(mesher, net.net.spacing, stop);
   return net;
 }
 

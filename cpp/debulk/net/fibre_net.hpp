@@ -35,7 +35,6 @@ struct FibreNetOptions {
   double edge_tol = 20.0;               // mm from the ply's edge within which boundary nodes are free
   double mold_tol = kNominalMoldTolMm;  // mm between surface and mold within which a band node is a boundary node
   PathRule paths = PathRule::geodesic;
-  bool finer_too = false;  // whether to lay PocketNet::finer too
 
   void check() const;
 };
@@ -46,9 +45,6 @@ struct PocketNet {
   std::vector<int> open_ends;  // inner nodes away from the ply's edge without one of their fibre neighbours: the rim is open there
   std::vector<std::array<double, 2>> hold_ways;  // ways_along_fibres(); empty if the ply's edge is not known
   std::vector<double> past_ends;  // ways_past_ends(), 0 for a node off the mold; empty if the edge is not known or no node is free
-  // The net at half the spacing. It is empty if it was not asked for, if a node is free, if its rim does not close, or
-  // if no net can be laid. Only its lengths are used, so it has no distances to the ply's edge.
-  Net finer;
 
   bool held_all_round() const { return std::count(net.kinds.begin(), net.kinds.end(), NodeKind::free) == 0; }
 };

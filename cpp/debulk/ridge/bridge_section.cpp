@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -52,11 +53,11 @@ class Lines {
     last += static_cast<int>(after.size());
     if (!known(at(first)) || !known(at(last))) return false;
 
-    const double way_back = outline_.way_out(at(first), -along), way_on = outline_.way_out(at(last), along);
+    const double way_back = way_out(at(first), -along), way_on = way_out(at(last), along);
     const int lead = laid_beyond(at, first, -1, way_back), trail = laid_beyond(at, last, 1, way_on);
     Line line;
     line.mold.step = kStep;
-    line.radius = options_.friction * std::min(way_back, way_on);
+    line.radius = options_.ply.empty() ? kStraight : options_.friction * std::min(way_back, way_on);
     for (int k = first - lead; k <= last + trail; ++k) line.mold.heights.push_back(mold_.height(at(k)));
     gaps.insert(gaps.begin(), static_cast<std::size_t>(lead), 0.0);
     gaps.insert(gaps.end(), static_cast<std::size_t>(trail), 0.0);
@@ -112,6 +113,11 @@ class Lines {
     return count;
   }
 
+  // Returns how far the ply goes on; without end if its outline is not known.
+  double way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const {
+    return options_.ply.empty() ? std::numeric_limits<double>::infinity() : outline_.way_out(from, direction);
+  }
+
   double lower_side(const Eigen::Vector2d& xy) const { return ply_.anywhere(xy) - feet_.options.thickness_mm; }
 
   bool known(const Eigen::Vector2d& xy) const {
@@ -151,7 +157,7 @@ class Lines {
 // is estimated where the ply lies on the mold.
 std::optional<BridgeSection> bridge_section(const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles,
                                             const BridgeSectionOptions& options, const Stop& stop) {
-  if (options.ply.empty() || foot.outline.empty()) return std::nullopt;
+  if (foot.outline.empty()) return std::nullopt;
   const Box box = bounding_box(foot.outline);
   const double half = 0.5 * (box.high - box.low).norm();
   const int reach = static_cast<int>(half / kStep) + 1, aside = static_cast<int>(half / kApart) + 1;

@@ -28,13 +28,12 @@ struct BridgeSectionOptions {
   double friction = 0.4;      // mu
   double pressure = 0.1;      // MPa
   double least_error = 0.04;  // mm, least error of the length by which a fibre is too short
-  Polygon ply;                // outline of the ply
+  Polygon ply;                // outline of the ply; empty: not known, and friction holds every pull
   Box mold_known;             // the mold is known inside this box only
 };
 
 // Returns the section of the fibre with the highest least_gap or, if all lie down, of the one that is too short by
-// most; all zero if no fibre is too short. Returns nullopt if the ply's outline or the mold below the pocket is not
-// known. Throws Stopped.
+// most; all zero if no fibre is too short. Returns nullopt if the mold below the pocket is not known. Throws Stopped.
 std::optional<BridgeSection> bridge_section(const FootMap& feet, const Foot& foot, const Surface& mold, const FibreAngles& angles,
                                             const BridgeSectionOptions& options, const Stop& stop = Stop());
 

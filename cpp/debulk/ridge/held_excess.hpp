@@ -11,10 +11,6 @@ namespace debulk {
 struct HeldExcess {
   int fibres = 0;        // number of fibres held at both ends; if it is 0, the other members are 0
   double largest = 0.0;  // mm, of the fibre with the largest excess; 0 if none has any
-  // mm, how high a fibre that is too short as a whole can bridge: the largest gap below a string that is pulled taut
-  // over the mold from end to end of such a fibre. 0 if no fibre is too short, or if the mold below such fibres is
-  // nowhere hollow. In a minimum a fibre can also be too short in one place and too long in another.
-  double bridge_bound = 0.0;
 };
 
 // Each fibre counts as a whole, even if it passes fixed nodes of the rim on the way: these lie on the mold, and a fold

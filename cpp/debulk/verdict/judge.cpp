@@ -80,7 +80,7 @@ std::string not_proven(const PocketEvidence& evidence) {
     return evidence.certified ? "the deadline passed before all starts that the rule asks for were tried"
                               : "the deadline passed before the solution was certified" + status;
   if (!evidence.certified) return "the solution is not certified" + status;
-  if (!usable(evidence.rms) || !usable(evidence.ridge_height) || !usable(evidence.bridge_height))
+  if (!usable(evidence.rms) || !usable(evidence.ridge_height))
     return "the solution has no finite figures" + status;
   return "";
 }
@@ -108,14 +108,22 @@ Judgement worst_of(const std::vector<Figure>& figures, Criterion criterion) {
   return {worst, reason, criterion};
 }
 
+// Adds the bridge to the figures, and judges all. A bridge that is not known leaves a pocket that would cease in doubt.
+Judgement with_bridge(std::vector<Figure> figures, const PocketEvidence& evidence, const Criteria& criteria, Criterion criterion) {
+  const bool known = usable(evidence.bridge_height);
+  if (known && evidence.bridge_height.high > 0) figures.insert(figures.begin() + 1, bridge(evidence, criteria));
+  Judgement judged = worst_of(figures, criterion);
+  if (known || judged.verdict != Verdict::cease) return judged;
+  return {Verdict::undecided, judged.reason + ", but the ply may bridge the hollow below it: the mold is not known all round"};
+}
+
 Judgement by_minima(const PocketEvidence& evidence, const Criteria& criteria) {
   if (const std::string why = not_proven(evidence); !why.empty()) return {Verdict::undecided, why};
   const double least = evidence.compliant ? criteria.compliance_margin : 0;
   const double ridge_margin = std::max(criteria.ridge_margin, least), rms_margin = std::max(criteria.rms_margin, least);
-  std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height, ridge_margin}};
-  if (evidence.bridge_height.high > 0) figures.push_back(bridge(evidence, criteria));
-  figures.push_back({"RMS", evidence.rms, criteria.max_rms, rms_margin});
-  Judgement judged = worst_of(figures, Criterion::paper);
+  const std::vector<Figure> figures = {{"ridge", evidence.ridge_height, criteria.max_ridge_height, ridge_margin},
+                                       {"RMS", evidence.rms, criteria.max_rms, rms_margin}};
+  Judgement judged = with_bridge(figures, evidence, criteria, Criterion::paper);
   if (evidence.compliant && judged.verdict == Verdict::undecided) judged.reason += ", and the fibres are strained by more than 1e-4";
   return judged;
 }
@@ -123,18 +131,8 @@ Judgement by_minima(const PocketEvidence& evidence, const Criteria& criteria) {
 Judgement by_excess(const PocketEvidence& evidence, const Criteria& criteria) {
   if (!evidence.excess_ridge || !usable(*evidence.excess_ridge)) return {Verdict::undecided, "the excess length is not known"};
   // The margin of this figure is 0, because the range includes it already.
-  std::vector<Figure> figures = {{"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0}};
-  const Judgement alone = worst_of(figures, Criterion::excess);
-  const std::string unproven = not_proven(evidence);
-  if (!unproven.empty()) {
-    if (evidence.no_bridge || alone.verdict != Verdict::cease) return alone;
-    return {Verdict::undecided, alone.reason + ", but the ply may bridge: " + unproven};
-  }
-  // A fibre that is long enough as a whole may be too short in one place, so a certified minimum outweighs `no_bridge`.
-  const Figure stands = bridge(evidence, criteria);
-  const bool counts = !evidence.no_bridge || against_limit(stands) != Verdict::cease;
-  if (counts && evidence.bridge_height.high > 0) figures.push_back(stands);
-  return worst_of(figures, Criterion::excess);
+  const Figure ridge = {"ridge by the excess length", *evidence.excess_ridge, criteria.max_ridge_height, 0.0};
+  return with_bridge({ridge}, evidence, criteria, Criterion::excess);
 }
 
 }  // namespace

@@ -54,11 +54,10 @@ struct Criteria {
 struct PocketEvidence {
   bool inside_ply = false;             // true: the rim is held, or the ridge of the excess keeps the limit even if it is
   std::optional<Spread> excess_ridge;  // mm, that the excess length of the fibres makes; no value: it is not known
-  bool no_bridge = false;              // true: no fibre is short enough to bridge above the limit in any minimum
+  Spread bridge_height;                // mm, 0: no bridging; not finite: not known
   // Figures of the minima:
   Spread rms;                // mm
   Spread ridge_height;       // mm, 0: no ridge
-  Spread bridge_height;      // mm, 0: no bridging
   bool certified = false;    // true: the certificate of docs/certificate.md holds for every solution in the ranges
   bool compliant = false;    // true: the length error is above 1e-4, so a compliance was needed
   std::string solve_status;  // the solver's outcome in words, for the reason
@@ -76,8 +75,7 @@ struct Judgement {
 
 // Judges one pocket, in the order INVALID > CREASE > UNDECIDED > CEASE. By the figures of the minima, a pocket without
 // a certificate is always UNDECIDED, because a truncated solve still has the height of the pocket with which it began.
-// By the excess, CREASE needs no minimum, since every minimum keeps the excess; CEASE needs a certified minimum, or
-// no_bridge, because a short fibre may bridge. Throws InputError for evidence or criteria that are not valid.
+// The excess needs no minimum, since every minimum keeps it. Throws InputError for evidence or criteria that are not valid.
 Judgement judge(const PocketEvidence& evidence, const Criteria& criteria = {});
 
 // A pocket's number in the report, with its judgement.

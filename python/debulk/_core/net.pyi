@@ -16,7 +16,6 @@ class Drape(metaclass=_Bound):
     def net(self) -> Net: ...
 
 class FibreNetOptions(metaclass=_Bound):
-    finer_too: bool
     spacing_mm: float | None
     node_target: int
     free_edge_mm: float
@@ -50,8 +49,6 @@ class Net(_Made):
 class PocketNet(_Made):
     @property
     def area(self) -> float: ...
-    @property
-    def finer(self) -> Net: ...
     @property
     def held_all_round(self) -> bool: ...
     @property

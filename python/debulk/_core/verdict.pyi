@@ -54,7 +54,6 @@ class PocketEvidence(metaclass=_Bound):
     deadline_passed: bool
     excess_ridge: Spread | None
     inside_ply: bool
-    no_bridge: bool
     refused: str
     ridge_height: Spread
     rms: Spread

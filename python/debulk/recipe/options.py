@@ -118,7 +118,6 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     """Return the options that determine how a pocket's net is laid."""
     options = _core.net.LayPocketOptions()
     options.mode = recipe.patch.mode
-    options.net.finer_too = True
     options.net.spacing_mm = recipe.net.spacing_mm
     options.net.node_target = recipe.net.node_target
     options.net.free_edge_mm = recipe.net.free_edge_mm

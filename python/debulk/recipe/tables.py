@@ -396,6 +396,6 @@ class Run(Section):
         default=0.0,
         ge=0,
         le=1,
-        description="share of the pockets decided without a net that are evaluated with one, too; the worse verdict "
-        "holds",
+        description="share of the pockets decided without a net for which one is made, too, to see that it does not "
+        "contradict",
     )

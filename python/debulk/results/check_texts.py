@@ -283,11 +283,11 @@ CHECK_TEXTS = (
     ),
     CheckText(
         "audit",
-        "Net and fibre lines disagree",
-        "the verdict of a pocket by its net and minimum, where they were made, against that by its fibre lines alone",
-        "none; `run.audit` is the share of pockets for which both are made, and settling a report makes all",
-        "the pocket has the worse verdict of the two; please report it with the scan",
-        (None,),
+        "A net contradicts the fibre lines",
+        "for a share of the pockets that pass, whether a certified minimum of a net bridges above the limit",
+        "`verdict.max_ridge_mm`; `run.audit` is the share of pockets that are audited",
+        "look at the picture of that pocket, and please report it with the scan",
+        (UNDECIDED,),
     ),
     CheckText(
         "approval",

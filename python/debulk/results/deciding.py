@@ -71,15 +71,12 @@ def _own(pocket: PocketReport) -> Iterator[DecidingRidge]:
 
 
 def _or_bridge(pocket: PocketReport, height: float, span: tuple[float, float], by: str) -> DecidingRidge:
-    """Return a ridge, or the bridge of the net if that is higher than the ridge can be.
-
-    The range of a bridge reaches from the lowest height by the sections of its fibres, if they were made, to the higher
-    of both heights.
-    """
-    if (bridge_mm := pocket.bridge_height_mm or 0.0) > span[1]:
-        section, by = pocket.bridge_section, "bridge of the net"
-        height, low_mm = (bridge_mm, bridge_mm) if section is None else (section.height_mm, section.range_mm[0])
-        span = low_mm, max(bridge_mm, height)
+    """Return a ridge, or the bridge that counts if that may be higher than the ridge."""
+    section, net_mm = pocket.bridge_section, pocket.bridge_height_mm or 0.0
+    if section is not None and section.range_mm[1] > span[1]:
+        return DecidingRidge(section.height_mm, section.range_mm, "bridge")
+    if section is None and pocket.decided_by == "paper" and net_mm > span[1]:
+        return DecidingRidge(net_mm, (net_mm, net_mm), "bridge of the net")
     return DecidingRidge(height, span, by)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from debulk._core import InputError
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
-from debulk.results.bridge_section import BridgeSection, bridge_section_line
+from debulk.results.bridge_section import BridgeSection
 from debulk.results.compose import compose
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
@@ -16,7 +16,7 @@ from debulk.verdict import Criteria, Verdict, judge
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
-    from debulk.results.report import PocketReport, ReportData
+    from debulk.results.report import ExcessReport, PocketReport, ReportData
 
 _FREE = 2  # kind of a boundary node that can slip
 _REMEDY = "was the file edited? Inspect the scan again"
@@ -85,8 +85,6 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
 
 
 def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
-    from debulk.recipe import options
-
     limits = _criteria(recipe)
     solve, excess = pocket.solve, pocket.excess
     rms, ridge, bridge = (
@@ -106,19 +104,29 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
             coverage=pocket.measured_share,
             inside_ply=excess is not None or pocket.decided_by == "excess",
             excess_range_mm=None if excess is None else excess.range_mm,
-            no_bridge=excess is not None and options.cannot_bridge(excess.bridge_bound_mm, recipe),
+            bridge_range_mm=None if pocket.bridge_section is None else pocket.bridge_section.range_mm,
             criteria=limits,
         )
     except InputError as error:
         raise InputError(f"{name}.{error}; {_REMEDY}") from None
     if judged.verdict is not Verdict.CEASE:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
+    if excess is not None and not _cannot_bridge(pocket, excess, recipe):
+        why = "it may bridge, and neither sections of its fibres nor a certified minimum say that it does not"
+        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
     both = pocket.edge_friction
     if both is None and _slips(pocket, recipe):
         why = "it lies at the ply's edge, and what becomes of it with its rim held is missing"
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
     if both is not None and {both.slipping.verdict, both.held.verdict} != {Verdict.CEASE}:
         raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: it {edge_friction_line(both)}; {_REMEDY}")
+
+
+def _cannot_bridge(pocket: PocketReport, excess: ExcessReport, recipe: Recipe) -> bool:
+    from debulk.recipe import options
+
+    certified = pocket.solve is not None and pocket.solve.certified
+    return certified or pocket.bridge_section is not None or options.cannot_bridge(excess.bridge_bound_mm, recipe)
 
 
 def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
@@ -137,17 +145,13 @@ def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) 
 
 
 def _check_bridge(pocket: PocketReport, section: BridgeSection) -> None:
-    """Refuse sections that no inspection writes: they exist only where the net bridges, and never make that CEASE."""
-    name = f"pockets[{pocket.id - 1}]"
+    """Refuse sections that no inspection writes."""
     low, high = section.range_mm
     if not 0 <= low <= section.height_mm <= high:
         raise InputError(
-            f"{name}.bridge_section: expected 0 <= range_mm[0] <= height_mm <= range_mm[1], got {low:.4g}, "
-            f"{section.height_mm:.4g} and {high:.4g}; {_REMEDY}"
+            f"pockets[{pocket.id - 1}].bridge_section: expected 0 <= range_mm[0] <= height_mm <= range_mm[1], got "
+            f"{low:.4g}, {section.height_mm:.4g} and {high:.4g}; {_REMEDY}"
         )
-    if pocket.verdict is Verdict.CEASE:
-        why = f"its net bridges, {bridge_section_line(section)}"
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
 
 
 def _recipe(report: ReportData) -> Recipe:

@@ -149,10 +149,8 @@ class ExcessReport:
     missed_mm
         By how much more than this the upper end of `range_mm` lies above `height_mm`.
     bridge_bound_mm
-        mm, largest gap below a string that is pulled taut over the mold along a fibre of the net that is too short for
-        it; 0 if none is. Without a net, the larger gap below any such string where a net would lie. Bridges of minima
-        may be higher where a fibre is too short in one place and too long in another. None at the ply's edge, where
-        fibres that slip may bridge, too.
+        mm, no fibre bridges a larger gap: the largest gap below a string that is pulled taut over the mold along a
+        fibre, and below the ply as it stands on fibres that may be too short.
     fibre, direction_deg, from_mm, to_mm
         That fibre: of the first (0) or second (1) direction, the angle along which the ply is too long there, and where
         it leaves the mold and comes back to it, mold XY. None if no fibre leaves the mold.
@@ -325,8 +323,8 @@ class PocketReport(Record):
 
     @property
     def unsolved(self) -> bool:
-        """Whether the excess decided before there was a minimum; a pocket that can be settled still is, see there."""
-        return self.decided_by == "excess" and self.as_decided().solve is None
+        """Whether the fibre lines decided without a minimum; a pocket that can be settled still is, see there."""
+        return self.excess is not None and self.as_decided().solve is None
 
     @property
     def deciding_ridge(self) -> DecidingRidge | None:

@@ -14,7 +14,7 @@ Made = TypeVar("Made")
 PICTURE = frozenset(
     (
         "paper_verdict", "spacing_mm", "node_count", "rms_mm", "rms_range_mm", "ridge_height_mm", "ridge_length_mm",
-        "ridge_range_mm", "ridges", "ridge_nodes", "bridge_height_mm", "bridge_section", "drawn_in_mm",
+        "ridge_range_mm", "ridges", "ridge_nodes", "bridge_height_mm", "drawn_in_mm",
         "drawn_in_tension_n_per_mm", "drawn_in_hold_n_per_mm", "excess_length_mm", "net", "initial_gap_mm",
         "debulked_mm", "debulked_gap_mm", "post_processed_gap_mm", "energy_mj", "energy_terms_mj", "solve",
     )

@@ -1,16 +1,16 @@
 """The excess length decides inside the ply, before anything is solved; the minima's figures stand beside it."""
 
-import dataclasses
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
-from debulk.inspection.evaluate import by_runs, evaluation
+from debulk.inspection.evaluate import evaluation
+from debulk.inspection.evaluate.laid_pocket import LaidPocket
 from debulk.report import PocketReport
-from debulk.verdict import Judgement
 
 FEW = {"segmentation": {"area_tol_mm2": 1500.0}}
 
@@ -50,7 +50,7 @@ def test_every_pocket_inside_the_ply_is_judged_by_its_excess(report):
     assert len(inside(report)) >= 3
     for p in inside(report):
         assert p.decided_by == ("" if "if one fold draws it all" in p.reason else "excess")
-        assert p.verdict is p.excess.verdict or (p.verdict is Verdict.CREASE and p.bridge_height_mm > 0.6)
+        assert p.verdict is p.excess.verdict or (p.bridge_section and p.bridge_section.range_mm[1] > 0.55)
         assert f"{p.excess.range_mm[1]:.2f}" in p.reason
         assert p.solve.starts == 1
         assert p.paper_verdict is not None
@@ -100,16 +100,14 @@ def test_nets_and_solves_that_are_not_needed_are_left_out_and_turn_no_verdict(re
     (entry,) = [entry for entry in needed.left_out if entry.why.startswith("solve.when")]
     assert entry.what.endswith(f"of pockets {', '.join(str(p.id) for p in unsolved)}")
     for p in unsolved:
-        assert p.decided_by == "excess"
+        assert p.excess is not None
         assert p.debulked_mm is None
         assert p.paper_verdict is None
     unlaid = [(p, q) for p, q in zip(report.pockets, decided.pockets, strict=True) if q.net is None and p.net]
     assert any(q.verdict is Verdict.CEASE for _, q in unlaid)
     assert any(q.verdict is Verdict.CREASE for _, q in unlaid)
     for p, q in unlaid:
-        # No string over the mold below a pocket stands higher than this, whatever net is laid there.
-        assert q.excess.bridge_bound_mm >= p.excess.bridge_bound_mm
-        assert dataclasses.replace(q.excess, bridge_bound_mm=p.excess.bridge_bound_mm) == p.excess
+        assert (q.excess, q.bridge_section) == (p.excess, p.bridge_section)
 
 
 def content(report):
@@ -178,22 +176,19 @@ def test_an_audited_pocket_is_evaluated_both_ways(inspect, report, needed):
     assert half == again
 
 
-def test_a_net_that_disagrees_is_reported_and_makes_no_verdict_better(inspect, needed, monkeypatch):
-    """No scene is known in which they disagree: here the lines say the opposite of what they found."""
-    turned = {Verdict.CEASE: Verdict.CREASE, Verdict.CREASE: Verdict.CEASE}
-
-    def wrong(found, ply):
-        decided = judged(found, ply)
-        return decided and (decided[0], Judgement(turned[decided[1].verdict], "as a wrong rule says", "excess"))
-
-    judged = by_runs.judged
-    monkeypatch.setattr(by_runs, "judged", wrong)
-    for report in (inspect(run={"audit": 1.0}), inspect().settle()):
-        found = {one.pocket: one.reason for one in report.findings if one.check == "audit"}
-        unlaid = [p.id for p in needed.as_decided().pockets if p.net is None and p.unsolved]
-        assert sorted(found) == unlaid
-        assert all(report.pocket(number).verdict is Verdict.CREASE for number in unlaid)
-        assert all("CEASE by its" in why or "CEASE by its net" in why for why in found.values())
+def test_a_net_that_contradicts_the_lines_lets_nothing_pass(inspect, needed, monkeypatch):
+    """No scene is known in which one does: here every minimum is said to bridge."""
+    real = LaidPocket.post_process
+    monkeypatch.setattr(
+        LaidPocket, "post_process", lambda laid, minimum: replace(real(laid, minimum), bridge_height_mm=9.0)
+    )
+    report = inspect(run={"audit": 1.0})
+    passing = [p.id for p in needed.pockets if p.verdict is Verdict.CEASE and p.decided_by == "excess"]
+    found = {one.pocket: one for one in report.findings if one.check == "audit"}
+    assert sorted(found) == passing != []
+    assert all(one.at_best is Verdict.UNDECIDED and "bridges 9.00 mm" in one.reason for one in found.values())
+    assert [p.verdict for p in report.pockets] == [p.verdict for p in needed.pockets]
+    assert not [one for one in inspect().settle().findings if one.check == "audit"]
 
 
 def test_reports_keep_and_show_both(report, tmp_path):

@@ -64,7 +64,7 @@ def test_every_setting_meets_every_pocket(quick):
 
 def test_pockets_inside_the_ply_get_one_start_as_in_an_inspection(quick):
     results, _ = quick
-    held = {(case.layup, case.pocket): case.laid.by_excess for case, _ in results.solved}
+    held = {(case.layup, case.pocket): case.laid.held for case, _ in results.solved}
     rows = [r for r in results.rows if (r.sweep, r.label) == ("starts", AS_INSPECTED)]
     assert len(rows) == len(held) and any(held.values())
     for row in rows:

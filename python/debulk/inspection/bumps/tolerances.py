@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection.bumps import hills
 from debulk.inspection.bumps.bump_place import BumpPlace, looked_at_again
-from debulk.inspection.evaluate import bridge_sections
+from debulk.inspection.evaluate.bridges import bridge_over
 from debulk.inspection.find.found import Found, FoundPocket, runs_over
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_angles import angles_at
@@ -150,7 +150,7 @@ def _weigh(place: BumpPlace, judged: NDArray[np.intp], ply: PlyOnMold, stop: _co
             return Bump(dropped, why, found=_judged(one, dropped, why))
         if not one.foot.closed:
             return _open(dropped, one, ply)
-        short = bridge_sections.over_bump(one, ply, stop)
+        bridge = bridge_over(one, ply, stop)
     except _core.Stopped:
         return Bump(dropped, "the deadline passed before its excess was bounded", late=True)
     # What fibres share with a pocket is judged with that pocket, and what only bumps share in `shared_runs`.
@@ -163,10 +163,10 @@ def _weigh(place: BumpPlace, judged: NDArray[np.intp], ply: PlyOnMold, stop: _co
     # ridge is at a third of its own.
     limits = recipe.verdict
     over_rms = limits.criterion == "paper" and _rms_mm(ridge_mm, recipe) >= limits.max_rms_mm - limits.rms_margin_mm
-    if short is not None:
-        figures = f"{figures}, and {short.why}"
-        one = replace(one, doubt=short.why if short.likely else "")
-    counts = short is not None or over_rms or ridge_mm >= options.counts_from_mm(recipe)
+    bridges = bridge.counts(options.counts_from_mm(recipe))
+    if bridges:
+        figures += ", and the ply over it may be too short for the hollow below"
+    counts = bridges or over_rms or ridge_mm >= options.counts_from_mm(recipe)
     return replace(bump, found=_judged(one, dropped, figures)) if counts else bump
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.evaluate.laid_pocket import criteria
+from debulk.inspection.evaluate.by_runs import criteria
 from debulk.inspection.holes import unseen
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
@@ -75,9 +75,9 @@ def deadline(seen: Seen) -> list[Finding]:
 
 
 def audit(seen: Seen) -> list[Finding]:
-    """Mention the pockets whose verdict by the net is another than that by the fibre lines."""
+    """Name the pockets whose net contradicts the fibre lines by which they pass."""
     turned = [(one.report.id, one.turned) for one in seen.judged.evaluations if one.turned]
-    return [Finding("audit", None, why, pocket=number) for number, why in turned]
+    return [Finding("audit", Verdict.UNDECIDED, why, pocket=number) for number, why in turned]
 
 
 def not_seen(seen: Seen) -> list[Finding]:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket, verdict
 from debulk.grid import Grid
+from debulk.inspection.evaluate.by_runs import criteria
 from debulk.inspection.evaluate.evaluated import Evaluation
-from debulk.inspection.evaluate.laid_pocket import criteria
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
 from debulk.inspection.ply.ply_on_mold import PlyOnMold

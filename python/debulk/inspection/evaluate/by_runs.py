@@ -1,77 +1,100 @@
-"""A pocket that the excess of its fibre lines decides, before any net is laid on it."""
+"""A pocket that its fibre lines decide, without any net: by their excess, and by the bridges of those too short."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from debulk import _core, pocket, verdict
-from debulk.inspection.evaluate.laid_pocket import criteria
+from debulk.inspection.evaluate.bridges import Bridge, bridge_over, net_spacing_mm
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply import excess
-from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
+from debulk.results.bridge_section import bridge_section_line
 from debulk.results.report import ExcessReport
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["judged"]
+__all__ = ["ByRuns", "by_runs", "criteria", "surely_held", "with_section"]
+
+_DENSER = "give a denser scan"
+_SMOOTH_IN = "treat it as CREASE, or smooth the ply into the hollow and scan again"
 
 
-def judged(found: FoundPocket, ply: PlyOnMold) -> tuple[ExcessReport, Judgement] | None:
-    """Judge a pocket inside the ply by the runs that cross its foot.
+@dataclass(frozen=True)
+class ByRuns:
+    """A judgement by the fibre lines, with the figures that it follows from."""
 
-    Its bound on bridges holds for any net on it and is larger than the net's own: no string over the mold from any
-    point below the net to any other along a fibre stands higher, however short the ply is.
+    excess: ExcessReport
+    bridge: Bridge
+    judged: Judgement
 
-    Returns
-    -------
-    tuple of ExcessReport and Judgement, or None
-        None where a net is needed: near the ply's edge, where the excess or the bound does not decide, and wherever
-        something else raises a doubt.
+
+def surely_held(found: FoundPocket, ply: PlyOnMold) -> bool:
+    """Return whether a pocket's rim counts as held before a net shows where it is.
+
+    It does if it is so far inside the ply that no node of a net on it could be free, and anywhere if the ridge keeps
+    the limit even if all of the rim is held.
     """
-    recipe, runs = ply.recipe, found.excess
-    if recipe.verdict.criterion != "excess" or runs is None or found.promoted or found.doubt or found.foot.parted:
-        return None
-    around_mm = _spacing_mm(found, ply)
-    if not _inside(found, ply, around_mm):
-        return None
-    try:
-        angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
-    except _core.InputError:  # they are not known there, which the net's refusal says
-        return None
-    foot = found.feet._core.feet[found.index]
-    bound_mm = _core.ridge.string_bound(foot, around_mm, angles, ply.reference)
-    known = excess.of_runs(runs, bound_mm, recipe)
-    decided = verdict.judge(
+    runs, recipe = found.excess, ply.recipe
+    if runs is None:
+        return False
+    return _inside(found, ply) or excess.ridge_of(excess.upper_mm(runs), recipe) <= options.counts_from_mm(recipe)
+
+
+def by_runs(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> ByRuns:
+    """Judge a pocket whose rim is held by the runs that cross its foot; raises as `bridge_over` does."""
+    runs, recipe = found.excess, ply.recipe
+    assert runs is not None
+    bridge = bridge_over(found, ply, stop)
+    known = excess.of_runs(runs, bridge.bound_mm, recipe)
+    judged = verdict.judge(
         certified=False,
-        solve_status="not solved yet",
         coverage=found.pocket.measured_share,
         closed_rim=found.foot.closed,
         inside_ply=True,
         excess_range_mm=known.range_mm,
-        no_bridge=options.cannot_bridge(bound_mm, recipe),
+        bridge_range_mm=bridge.range_mm,
         criteria=criteria(recipe),
     )
-    if decided.decided_by != "excess" or decided.verdict not in (Verdict.CEASE, Verdict.CREASE):
-        return None
-    return known, decided
+    alone = verdict.judge(
+        certified=False, inside_ply=True, excess_range_mm=known.range_mm, criteria=criteria(recipe, "excess")
+    )
+    known = replace(known, verdict=alone.verdict)
+    return ByRuns(known, bridge, _denser(with_section(judged, bridge), known, recipe))
 
 
-def _spacing_mm(found: FoundPocket, ply: PlyOnMold) -> float:
-    """Return an upper estimate of the spacing of the pocket's net, which reaches so far beyond the foot."""
-    net = ply.recipe.net
-    return net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / net.node_target))
+def with_section(judged: Judgement, bridge: Bridge) -> Judgement:
+    """Say how a fibre stands that is too short, where its bridge makes a pocket worse than CEASE."""
+    if bridge.section is None or "bridge" not in judged.reason or judged.verdict in (Verdict.CEASE, Verdict.INVALID):
+        return judged
+    reason = f"{judged.reason}; {bridge_section_line(bridge.section)}"
+    return replace(judged, reason=reason, remedy=_SMOOTH_IN if judged.verdict is Verdict.UNDECIDED else judged.remedy)
 
 
-def _inside(found: FoundPocket, ply: PlyOnMold, around_mm: float) -> bool:
+def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> verdict.Criteria:
+    """Take the limits from the recipe, and the criterion, too, unless another is given."""
+    return verdict.Criteria.from_core(options.criteria(recipe, criterion))
+
+
+def _denser(judged: Judgement, known: ExcessReport, recipe: Recipe) -> Judgement:
+    """Ask for a denser scan where only what the filters may have taken makes a pocket UNDECIDED."""
+    least_mm, limit_mm = known.range_mm[0] + 2 * known.uncertainty_mm, recipe.verdict.max_ridge_mm
+    if judged.verdict is not Verdict.UNDECIDED or not least_mm <= limit_mm < known.alone_mm:
+        return judged
+    why = f"by so much the filters may have lowered what is narrow for such heights: {_DENSER}"
+    return replace(judged, reason=f"{judged.reason}; {why}", remedy=_DENSER)
+
+
+def _inside(found: FoundPocket, ply: PlyOnMold) -> bool:
     """Return whether no node of a net on the pocket can be free, because the ply's edge is farther away."""
     if found.pocket.touches_ply_edge or found.foot.touches_ply_edge:
         return False
     if ply.outline is None:
         return True
-    least_mm, rim = ply.recipe.net.free_edge_mm + around_mm, found.foot.outline_mm
+    least_mm, rim = ply.recipe.net.free_edge_mm + net_spacing_mm(found, ply), found.foot.outline_mm
     low, high = rim.min(axis=0), rim.max(axis=0)
     from_middle_mm = float(pocket.distance_to_outline(ply.outline, 0.5 * (low + high)[None])[0])
-    if from_middle_mm > least_mm + 0.5 * float(np.hypot(*(high - low))):
+    if from_middle_mm > least_mm + 0.5 * float((high - low) @ (high - low)) ** 0.5:
         return True
     return bool(pocket.distance_to_outline(ply.outline, rim).min() > least_mm)

@@ -22,6 +22,7 @@ from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
+    from debulk.inspection.evaluate.bridges import Bridge
     from debulk.inspection.evaluate.laid_pocket import LaidPocket
 
 __all__ = ["BothEnds", "at_both_ends"]
@@ -48,6 +49,7 @@ def at_both_ends(
     laid: LaidPocket,
     slipping: starts.Settled,
     judged: Judgement,
+    bridge: Bridge | None,
     post_process: Callable[[solve.Solution], ridge.PostProcessed],
     stop: _core.Stop,
     pool: Executor | None = None,
@@ -60,11 +62,11 @@ def at_both_ends(
     rim = net.from_core(_core.net.with_rim_held(laid.net._core))
     held = starts.settle(sheet.Sheet.of_net(rim, laid.reference, laid.recipe), laid.recipe, post_process, stop, pool)
     late = held.cut or (stop.past_deadline and not held.solution.certified)
-    if_held = laid.judge(held.solution, held.best, held.every, deadline_passed=late)
+    if_held = laid.judge(held.solution, held.best, held.every, bridge=bridge, deadline_passed=late)
     known = held.solution.certified
     counted = slipping.and_of(held) if known else slipping
     return BothEnds(
-        _together(laid, slipping, counted, judged, if_held, late),
+        _together(laid, slipping, counted, judged, if_held, bridge, late),
         counted,
         held if known and if_held.verdict is not Verdict.CEASE else slipping,
         EdgeFriction(
@@ -82,11 +84,12 @@ def _together(
     counted: starts.Settled,
     if_slipping: Judgement,
     if_held: Judgement,
+    bridge: Bridge | None,
     late: bool,
 ) -> Judgement:
     """Judge a pocket that is CEASE with a slipping rim."""
     if if_held.verdict is Verdict.CEASE:
-        return laid.judge(slipping.solution, slipping.best, counted.every)
+        return laid.judge(slipping.solution, slipping.best, counted.every, bridge=bridge)
     if late:
         return Judgement(Verdict.UNDECIDED, if_held.reason, if_held.decided_by)
     both = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"

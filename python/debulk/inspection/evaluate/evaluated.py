@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from debulk.results.report import LeftOut, PocketReport
+from debulk.results.unsettled import PICTURE
 
 __all__ = ["Evaluation"]
 
@@ -22,7 +23,7 @@ class Evaluation:
     late
         What a deadline cut off; empty: nothing.
     turned
-        How the verdict by the net differs from the one by the fibre lines alone; empty: it does not.
+        How the net contradicts the fibre lines that decided; empty: it does not.
     """
 
     report: PocketReport
@@ -30,16 +31,7 @@ class Evaluation:
     late: str = ""
     turned: str = ""
 
-    def no_better_than(self, decided: Evaluation) -> Evaluation:
-        """Return this evaluation, by the net, with the worse of its own verdict and that by the fibre lines alone."""
-        mine, lines = self.report, decided.report
-        if mine.verdict is lines.verdict:
-            return self
-        turned = (
-            f"pocket {mine.id} is {lines.verdict.name} by its fibre lines ({lines.reason}), "
-            f"but {mine.verdict.name} by its net ({mine.reason}); the worse of the two holds"
-        )
-        if lines.verdict > mine.verdict:
-            said = {name: getattr(lines, name) for name in ("verdict", "reason", "remedy", "decided_by")}
-            mine = replace(mine, **said)
-        return replace(self, report=mine, turned=turned)
+    def with_picture_of(self, other: Evaluation) -> Evaluation:
+        """Return this evaluation with net and minimum of another one of the same pocket."""
+        figures = {name: getattr(other.report, name) for name in PICTURE}
+        return replace(other, report=replace(self.report, **figures))

@@ -9,34 +9,24 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from debulk import _core, ridge, solve, verdict
-from debulk.inspection.evaluate import (
-    both_ways,
-    bridge_sections,
-    by_runs,
-    dumps,
-    edge_friction,
-    left_out,
-    ridges,
-    starts,
-)
+from debulk.inspection.evaluate import both_ways, dumps, edge_friction, left_out, ridges, starts
+from debulk.inspection.evaluate.bridges import bridge_over
+from debulk.inspection.evaluate.by_runs import ByRuns, by_runs, surely_held
 from debulk.inspection.evaluate.evaluated import Evaluation
-from debulk.inspection.evaluate.laid_pocket import REFUSED, LaidPocket, criteria, lay_pocket
+from debulk.inspection.evaluate.laid_pocket import REFUSED, LaidPocket, lay_pocket
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes import pocket_holes, unseen
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import Cycle
-from debulk.recipe import options
-from debulk.results.report import ExcessReport, PocketNet, PocketReport, SolveReport
+from debulk.results.report import PocketNet, PocketReport, SolveReport
 from debulk.stopping import stopping
+from debulk.verdict import Verdict
 from debulk.workers import Workers
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 __all__ = ["Evaluation", "audit", "evaluate", "evaluate_all", "not_judged", "settle"]
 
@@ -68,12 +58,20 @@ def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOn
         if not one.report.unsolved or _number_of(one.report) >= ply.recipe.run.audit:
             return one
         audited = settle(found, one, ply, cycle.stop, pool)
-        return one if audited.late else audited
+        return one if audited.late else replace(audited, turned=_net_bridges(audited.report, ply))
 
     with Workers(ply.recipe.run.threads or _core.default_threads()) as pool, stopping(cycle.stop):
         audited = list(pool.map(whole, pockets, done))
     cycle.check()
     return audited
+
+
+def _net_bridges(pocket: PocketReport, ply: PlyOnMold) -> str:
+    """Say that the certified minimum of a pocket that is CEASE bridges above the limit; empty: it does not."""
+    bridge_mm, certified = pocket.bridge_height_mm or 0.0, pocket.solve is not None and pocket.solve.certified
+    if pocket.verdict is not Verdict.CEASE or not certified or bridge_mm <= ply.recipe.verdict.max_ridge_mm:
+        return ""
+    return f"pocket {pocket.id} is CEASE by its fibre lines ({pocket.reason}), but its net bridges {bridge_mm:.2f} mm"
 
 
 def _number_of(pocket: PocketReport) -> float:
@@ -84,9 +82,9 @@ def _number_of(pocket: PocketReport) -> float:
 def settle(
     found: FoundPocket, decided: Evaluation, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None
 ) -> Evaluation:
-    """Evaluate a pocket by its net that the excess has decided without one; its verdict becomes no better."""
+    """Add net and minimum to a pocket that was decided without; its verdict stays as it is."""
     recipe = ply.recipe.model_copy(update={"solve": ply.recipe.solve.model_copy(update={"when": "always"})})
-    return evaluate(found, replace(ply, recipe=recipe), stop, pool).no_better_than(decided)
+    return decided.with_picture_of(evaluate(found, replace(ply, recipe=recipe), stop, pool))
 
 
 def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
@@ -120,65 +118,104 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
 
 
 def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None) -> Evaluation:
-    """Evaluate a pocket whose rim is closed, by the excess of its fibre lines alone if that is enough."""
+    """Evaluate a pocket whose rim is closed: by its fibre lines if that is held, else by its minima."""
     seen, watch = _seen(found), _Stopwatch()
-    if ply.recipe.solve.when == "needed":
+    paper = ply.recipe.verdict.criterion == "paper"
+    try:
+        laid = _lay(found, ply, watch, stop) if paper or not surely_held(found, ply) else None
+        if laid is not None and (paper or not laid.held):
+            return _by_minima(seen, laid, found, ply, watch, stop, pool)
         with watch.step("excess"):
-            decided = by_runs.judged(found, ply)
-        if decided is not None:
-            known, judged = decided[0], _with_joined(decided[1], found)
-            report = _not_evaluated(seen, judged).report
-            of_lines = {"decided_by": judged.decided_by, "excess": _alone(known, ply.recipe), **watch.figures()}
-            return Evaluation(replace(report, **of_lines))
-    return _by_net(found, seen, ply, watch, stop, pool)
+            decided = by_runs(found, ply, stop)
+    except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid, or angles lack
+        return _not_evaluated(seen, _refused(found, str(error)))
+    done = _decided(seen, decided, found, watch)
+    if ply.recipe.solve.when == "needed":
+        return done
+    try:
+        return _with_picture(done, laid or _lay(found, ply, watch, stop), found, watch, stop, pool)
+    except _core.InputError:  # no net can be laid, and there is no picture
+        return done
+    except _core.Stopped:
+        return replace(done, late="net and minimum")
 
 
-def _by_net(
+def _lay(found: FoundPocket, ply: PlyOnMold, watch: _Stopwatch, stop: _core.Stop) -> LaidPocket:
+    with watch.step("net"):
+        try:
+            return lay_pocket(found, ply, stop)
+        except _core.InputError as error:
+            raise _core.InputError(f"no net could be laid: {error}") from None
+
+
+def _decided(seen: PocketReport, decided: ByRuns, found: FoundPocket, watch: _Stopwatch) -> Evaluation:
+    """Report what the fibre lines decide."""
+    judged = _with_joined(decided.judged, found)
+    report = replace(
+        _not_evaluated(seen, judged).report,
+        decided_by=judged.decided_by,
+        excess=decided.excess,
+        bridge_section=decided.bridge.section,
+        **watch.figures(),
+    )
+    return Evaluation(report)
+
+
+def _with_picture(
+    done: Evaluation,
+    laid: LaidPocket,
     found: FoundPocket,
+    watch: _Stopwatch,
+    stop: _core.Stop,
+    pool: Executor | None,
+) -> Evaluation:
+    """Add the net of a pocket that its lines decided, and one minimum, which decides nothing."""
+    settled, late = _settled(laid, found, _timed(laid, watch), watch, stop, pool, for_the_picture=True)
+    known = done.report.excess
+    with watch.step("ridge"):
+        stands = () if known is None else ridges.of_excess(laid, known, found.foot)
+    by_paper = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion="paper")
+    report = replace(
+        done.report,
+        paper_verdict=by_paper.verdict,
+        ridges=stands,
+        **watch.figures(),
+        **_net_figures(laid),
+        **_debulked_figures(laid, settled),
+    )
+    late_for = "the certified minimum" if late else ""
+    return Evaluation(report, left_out.of_pocket(laid.sheet, settled), late_for)
+
+
+def _by_minima(
     seen: PocketReport,
+    laid: LaidPocket,
+    found: FoundPocket,
     ply: PlyOnMold,
     watch: _Stopwatch,
     stop: _core.Stop,
     pool: Executor | None,
 ) -> Evaluation:
-    try:
-        with watch.step("net"):
-            laid = lay_pocket(found, ply, stop)
-    except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid on the surface
-        return _not_evaluated(seen, _refused(found, f"no net could be laid: {error}"))
-
-    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
-        with watch.step("ridge"):
-            return laid.post_process(solution)
-
+    """Judge a pocket by its minima: at the ply's edge, where fibres may slip, and by the paper's criterion."""
+    bridge = known = None
+    with watch.step("excess"):
+        if ply.recipe.verdict.criterion == "excess":
+            bridge = bridge_over(found, ply, stop)
+        elif laid.held:
+            known = by_runs(found, ply, stop).excess
+    post_process = _timed(laid, watch)
+    settled, late = _settled(laid, found, post_process, watch, stop, pool)
+    by_rule = laid.judge(settled.solution, settled.best, settled.every, bridge=bridge, deadline_passed=late)
+    by_paper = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion="paper")
     with watch.step("solve"):
-        settled = starts.settle(laid.sheet, ply.recipe, post_process, stop, pool, for_the_picture=laid.by_excess)
-    dumps.keep(
-        laid.sheet,
-        settled.solution,
-        settled.solution.status in REFUSED,
-        watch.split_ms["solve"],
-        found.number,
-        ply.recipe,
-        first=int(laid.by_excess and len(settled.solution.minima) == 1),
-    )
-    late = settled.cut or (stop.past_deadline and not settled.solution.certified)
-    by_rule, by_paper = (
-        laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion=criterion)
-        for criterion in (None, "paper")
-    )
-    with watch.step("solve"):
-        ends = edge_friction.at_both_ends(laid, settled, by_rule, post_process, stop, pool)
-    with watch.step("ridge"):
-        bridge = bridge_sections.weighed(ends.judged, laid, settled, found, ply, stop)
-    by_rule = replace(bridge.judged, reason=bridge.judged.reason + _drawn_in(settled.best, laid.recipe))
+        ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, post_process, stop, pool)
+    by_rule = ends.judged
     unjudged = settled.solution.explanation if settled.solution.status in REFUSED else ""
     if found.promoted and (unjudged or not laid.closed_rim):
         by_rule = _refused(found, unjudged or "the rim of its net is not closed")
     by_rule = _with_joined(by_rule, found)
     with watch.step("ridge"):
-        held = laid.excess is not None
-        stands = ridges.of_excess(laid, found.foot) if held else ridges.of_minima(laid, ends.shown, found.foot)
+        stands = ridges.of_excess(laid, known, found.foot) if known else ridges.of_minima(laid, ends.shown, found.foot)
     report = replace(
         seen,
         verdict=by_rule.verdict,
@@ -186,23 +223,49 @@ def _by_net(
         remedy=by_rule.remedy,
         decided_by=by_rule.decided_by,
         paper_verdict=by_paper.verdict,
-        excess=None if laid.excess is None else _alone(laid.excess, laid.recipe),
+        excess=known,
         ridges=stands,
         edge_friction=ends.report,
-        bridge_section=bridge.section,
+        bridge_section=None if bridge is None else bridge.section,
         **watch.figures(),
         **_net_figures(laid),
         **_debulked_figures(laid, ends.counted),
     )
-    cut = "the certified minimum" if late and not settled.cut else ends.late or bridge.late
+    cut = "the certified minimum" if late and not settled.cut else ends.late
     return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
 
 
-def _alone(known: ExcessReport, recipe: Recipe) -> ExcessReport:
-    """Return the ridge by the excess with the verdict by it alone."""
-    limits, mm = criteria(recipe, "excess"), known.range_mm
-    alone = verdict.judge(certified=False, inside_ply=True, excess_range_mm=mm, no_bridge=True, criteria=limits)
-    return replace(known, verdict=alone.verdict)
+def _timed(laid: LaidPocket, watch: _Stopwatch) -> starts.PostProcess:
+    def post_process(solution: solve.Solution) -> ridge.PostProcessed:
+        with watch.step("ridge"):
+            return laid.post_process(solution)
+
+    return post_process
+
+
+def _settled(
+    laid: LaidPocket,
+    found: FoundPocket,
+    post_process: starts.PostProcess,
+    watch: _Stopwatch,
+    stop: _core.Stop,
+    pool: Executor | None,
+    *,
+    for_the_picture: bool = False,
+) -> tuple[starts.Settled, bool]:
+    """Minimise the energy; return the minima, and whether a deadline cut them off."""
+    with watch.step("solve"):
+        settled = starts.settle(laid.sheet, laid.recipe, post_process, stop, pool, for_the_picture=for_the_picture)
+    dumps.keep(
+        laid.sheet,
+        settled.solution,
+        settled.solution.status in REFUSED,
+        watch.split_ms["solve"],
+        found.number,
+        laid.recipe,
+        first=int(for_the_picture and len(settled.solution.minima) == 1),
+    )
+    return settled, settled.cut or (stop.past_deadline and not settled.solution.certified)
 
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
@@ -232,7 +295,7 @@ def _seen(found: FoundPocket) -> PocketReport:
     """Report what is known of a pocket before its ply is modelled."""
     return PocketReport(
         id=found.number,
-        verdict=verdict.Verdict.INVALID,
+        verdict=Verdict.INVALID,
         reason="",
         outline_mm=found.pocket.outline_mm,
         foot_outline_mm=found.foot.outline_mm,
@@ -267,7 +330,7 @@ def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
     """Judge a pocket without a result of its net; a bump below the tolerances is UNDECIDED, as it may crease."""
     if not found.promoted:
         return verdict.judge(certified=False, refused=why)
-    return verdict.Judgement(verdict.Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")
+    return verdict.Judgement(Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")
 
 
 def _net_figures(laid: LaidPocket) -> dict[str, Any]:
@@ -316,17 +379,6 @@ def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
         "drawn_in_tension_n_per_mm": best.drawn_in_tension_n_per_mm,
         "drawn_in_hold_n_per_mm": best.drawn_in_hold_n_per_mm,
     }
-
-
-def _drawn_in(best: ridge.PostProcessed, recipe: Recipe) -> str:
-    """Name a bridge of the model that is not counted although it is high enough to count and higher than the others."""
-    if best.drawn_in_height_mm <= max(options.counts_from_mm(recipe), best.bridge_height_mm):
-        return ""
-    return (
-        f"; a bridge of {best.drawn_in_height_mm:.2f} mm is not counted: it pulls with "
-        f"{best.drawn_in_tension_n_per_mm:.3g} N/mm, friction holds {best.drawn_in_hold_n_per_mm:.3g} N/mm, and the "
-        "ply is drawn in"
-    )
 
 
 def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:

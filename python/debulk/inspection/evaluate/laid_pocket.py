@@ -1,14 +1,16 @@
-"""A pocket whose net is laid: ready to be settled under the vacuum, read for its ridges, and judged."""
+"""A pocket whose net is laid: ready to be settled under the vacuum, read for its ridges, and judged by its minima."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.inspection.evaluate.bridges import Bridge
+from debulk.inspection.evaluate.by_runs import criteria, surely_held, with_section
 from debulk.inspection.evaluate.starts import Figures, spread
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply import excess
@@ -17,22 +19,19 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.effort import check_solves
 from debulk.recipe import options
 from debulk.results.finding import Reason
-from debulk.results.report import ExcessReport
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 Criterion = Literal["excess", "paper"]
 
-__all__ = ["REFUSED", "LaidPocket", "criteria", "lay_net", "lay_pocket"]
+__all__ = ["REFUSED", "LaidPocket", "lay_net", "lay_pocket"]
 
 # Statuses of a solve which mean that the pocket itself cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "too_stiff")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _FREE = 2  # kind of a node at the ply's edge
 _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
-_NARROW = "by so much the filters may have lowered what is narrow for such heights"
-_DENSER = "give a denser scan"
 _LAY_DOWN = "lay it down there and scan again"
 
 
@@ -52,8 +51,8 @@ class LaidPocket:
         Share of the pocket's area that the scanner saw.
     closed_rim
         Whether fixed nodes, or the ply's edge, close the pocket all round.
-    excess
-        The ridge that the fibres' excess makes; None if it cannot decide.
+    held
+        Whether its rim is held, so that the fibre lines decide it; else its minima do.
     held_excess_mm
         Largest excess of a fibre that is held at both ends, at the net's spacing.
     doubt
@@ -67,15 +66,10 @@ class LaidPocket:
     reference: surface.Reference
     measured_share: float
     closed_rim: bool
-    excess: ExcessReport | None
+    held: bool
     held_excess_mm: float
     doubt: Reason | None
     recipe: Recipe
-
-    @property
-    def by_excess(self) -> bool:
-        """Whether the recipe judges this pocket by its excess."""
-        return self.excess is not None and self.recipe.verdict.criterion == "excess"
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out the compiled objects; a copy that comes from another process can still be judged."""
@@ -93,11 +87,12 @@ class LaidPocket:
         best: Figures,
         every: Sequence[Figures],
         *,
+        bridge: Bridge | None = None,
         deadline_passed: bool = False,
         recipe: Recipe | None = None,
         criterion: Criterion | None = None,
     ) -> verdict.Judgement:
-        """Judge the pocket.
+        """Judge the pocket by its minima.
 
         Parameters
         ----------
@@ -105,6 +100,8 @@ class LaidPocket:
             The best solution.
         best, every
             Its figures, and those of all solutions that count; if there are none, the best alone counts.
+        bridge
+            The bridge that counts, in place of those of the minima, whose figures are then those of `post_process`.
         deadline_passed
             Whether time ran out before the solution was certified, or before all starts that the rule asks for were
             tried; then the figures of the minima decide nothing.
@@ -113,34 +110,35 @@ class LaidPocket:
         criterion
             A criterion to use instead of the recipe's.
         """
-        counted, known, limits = every or [best], self.excess, recipe or self.recipe
+        counted = every or [best]
+        if bridge is not None:
+            counted = [self.without_bridge(cast(ridge.PostProcessed, one)) for one in counted]
+        bridge_mm = spread([f.bridge_height_mm for f in counted]) if bridge is None else bridge.range_mm
         judged = verdict.judge(
-            inside_ply=known is not None,
-            excess_range_mm=None if known is None else known.range_mm,
-            no_bridge=known is not None and options.cannot_bridge(known.bridge_bound_mm, self.recipe),
             certified=solution.certified,
-            rms_mm=best.rms_mm,
-            ridge_height_mm=best.ridge_height_mm,
-            bridge_height_mm=best.bridge_height_mm,
             rms_range_mm=spread([f.rms_mm for f in counted]),
             ridge_range_mm=spread([f.ridge_height_mm for f in counted]),
-            bridge_range_mm=spread([f.bridge_height_mm for f in counted]),
+            bridge_range_mm=bridge_mm,
             compliant=solution.certificate.compliant,
             solve_status=solution.certificate.failure or solution.explanation,
             deadline_passed=deadline_passed,
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
-            criteria=criteria(limits, criterion),
+            criteria=criteria(recipe or self.recipe, criterion),
         )
+        if bridge is not None:
+            judged = with_section(judged, bridge)
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt.text, remedy=self.doubt.remedy)
-        if judged.verdict is not verdict.Verdict.UNDECIDED or known is None:
-            return judged
-        least_mm = known.range_mm[0] + 2 * known.uncertainty_mm
-        if not least_mm <= limits.verdict.max_ridge_mm < known.alone_mm:
-            return judged
-        return replace(judged, reason=f"{judged.reason}; {_NARROW}: {_DENSER}", remedy=_DENSER)
+        return judged
+
+    def without_bridge(self, one: ridge.PostProcessed) -> ridge.PostProcessed:
+        """Leave the net's own bridges out, also of the RMS, as a bridge that is drawn in is left out."""
+        rest_mm = one.gap_mm[self.net.inside & ~one.is_bridge & ~one.is_drawn_in]
+        material = self.recipe.material
+        rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
+        return replace(one, bridge_height_mm=0.0, rms_mm=rms_mm)
 
 
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:
@@ -154,36 +152,18 @@ def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = Non
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():
         raise _core.InputError(f"none of its {len(laid.nodes_mm)} nodes lies where the pocket stands above the cut")
-    held = _core.ridge.held_excess(laid._core.net, ply.reference)
-    known = _excess(found, laid, held, ply)
+    held = surely_held(found, ply) or (laid._core.held_all_round and found.excess is not None)
     return LaidPocket(
         net=laid,
         sheet=sheet.Sheet.of_net(laid, ply.reference, ply.recipe),
         reference=ply.reference,
         measured_share=found.pocket.measured_share,
         closed_rim=found.foot.closed and len(laid.open_ends) == 0,
-        excess=known,
-        held_excess_mm=held.largest_mm,
-        doubt=Reason(found.doubt, "") if found.doubt else _doubt(found, laid, ply) if known is None else None,
+        held=held,
+        held_excess_mm=_core.ridge.held_excess(laid._core.net, ply.reference).largest_mm,
+        doubt=None if held else _doubt(found, laid, ply),
         recipe=ply.recipe,
     )
-
-
-def _excess(found: FoundPocket, laid: net.Net, held: _core.ridge.HeldExcess, ply: PlyOnMold) -> ExcessReport | None:
-    """Return the ridge that the excess makes; None where it does not decide.
-
-    Where the ply can slide in at its edge, the excess is an upper bound: it decides if its ridge stays below the limit.
-    """
-    runs, made, recipe = found.excess, laid._core, ply.recipe
-    if runs is None:
-        return None
-    if not made.held_all_round:
-        stays = excess.ridge_of(excess.upper_mm(runs), recipe) <= options.counts_from_mm(recipe)
-        return excess.of_runs(runs, None, recipe) if stays else None
-    bound_mm = held.bridge_bound_mm
-    if made.finer.spacing > 0:
-        bound_mm = max(bound_mm, _core.ridge.held_excess(made.finer, ply.reference).bridge_bound_mm)
-    return excess.of_runs(runs, bound_mm, recipe)
 
 
 def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
@@ -233,8 +213,3 @@ def lay_net(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) 
             stop or _core.Stop(),
         )
     )
-
-
-def criteria(recipe: Recipe, criterion: Criterion | None = None) -> verdict.Criteria:
-    """Take the limits from the recipe, and the criterion, too, unless another is given."""
-    return verdict.Criteria.from_core(options.criteria(recipe, criterion))

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from debulk.inspection.evaluate.starts import Settled
     from debulk.pocket import Foot
     from debulk.recipe import Recipe
+    from debulk.results.report import ExcessReport
     from debulk.surface import Reference
 
 __all__ = ["of_excess", "of_minima"]
@@ -32,14 +33,13 @@ _ENOUGH = 8  # minima: the farthest of so many sets the width of the band; the n
 Floats = NDArray[np.float64]
 
 
-def of_excess(laid: LaidPocket, foot: Foot) -> tuple[RidgeGeometry, ...]:
+def of_excess(laid: LaidPocket, known: ExcessReport, foot: Foot) -> tuple[RidgeGeometry, ...]:
     """Return the one ridge that the excess makes in a pocket whose rim is held; empty if none stands.
 
     No minimum is needed. The minima of a coarse net show several smaller ridges in its place, which differ from start
     to start and share the excess of the same fibres.
     """
-    known = laid.excess
-    if known is None or not known.height_mm > 0:
+    if not known.height_mm > 0:
         return ()
     crest = _core.ridge.excess_crest(laid.net._core.net, laid.reference)
     if crest is None or len(crest.line_mm) < 2:

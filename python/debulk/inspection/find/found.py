@@ -34,8 +34,6 @@ class FoundPocket:
         What the scan does not show.
     promoted
         Why it is judged although it is below a tolerance; empty if it is not below any.
-    doubt
-        Why it may crease although its net does not; empty if nothing suggests that.
     joined
         Numbers of the other pockets that share their foot with this one; its net spans them too.
     masked, runs
@@ -48,7 +46,6 @@ class FoundPocket:
     index: int
     unseen: Unseen
     promoted: str = ""
-    doubt: str = ""
     joined: tuple[int, ...] = ()
     masked: tuple[bool, ...] = ()
     runs: ScanRuns | None = None

@@ -1,0 +1,103 @@
+"""How high the ply bridges a hollow: fibres that are too short, as strings over the mold (docs/model.md, section 5).
+
+A ply that is too short to reach the bottom of a hollow spans it. A net of some 100 nodes shows that coarsely: its
+chords cut across the hollow, crossing fibres share the pull, and a fibre that slips keeps the height that it had while
+it was pinned. So the verdict takes each fibre as a string that friction holds, over the heights of the scan. A ply too
+short for a narrow hollow stands over it lower than any pocket, and is judged in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from debulk import _core
+from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.ply.fibre_angles import angles_at
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.recipe import options
+from debulk.results.bridge_section import BridgeSection
+
+__all__ = ["Bridge", "bridge_over", "net_spacing_mm"]
+
+# Where a fibre is surely too short, the upper end of its height by its errors lay below that of an own code in 6 of 24
+# scans, by up to 0.14 mm (bench/trust/bridges_fresh.txt). The margin of the limit covers the rest.
+_MISSED_MM = 0.1
+_UNKNOWN = (math.nan, math.nan)
+
+
+@dataclass(frozen=True)
+class Bridge:
+    """The bridge over one place.
+
+    Attributes
+    ----------
+    bound_mm
+        No fibre bridges a larger gap, whatever its length.
+    section
+        The fibre that bridges highest; None if the bound is enough, or if the mold is not known.
+    range_mm
+        Lowest and highest height of the bridge, with the consolidated ply; NaN: not known.
+    """
+
+    bound_mm: float
+    section: BridgeSection | None
+    range_mm: tuple[float, float]
+
+    def counts(self, least_mm: float) -> bool:
+        """Return whether it may be this high."""
+        return not self.range_mm[1] < least_mm
+
+
+def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
+    """Return the bridge over a pocket or a bump; raises `Stopped`, and InputError where the angles are not known.
+
+    No bridge is higher than a string that is pulled taut over the mold, from any point of the foot and one spacing of a
+    net round it to any other along a fibre. Nor is it higher than the ply stands now on fibres that are not surely too
+    long. Fibres are measured where both bounds leave a bridge that counts.
+    """
+    recipe, runs = ply.recipe, found.excess
+    angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
+    foot = found.feet._core.feet[found.index]
+    bound_mm = _core.ridge.string_bound(foot, net_spacing_mm(found, ply), angles, ply.reference)
+    if runs is not None:
+        bound_mm = min(bound_mm, float(runs.gap_mm[runs.low_mm < runs.uncertainty_mm].max(initial=0.0)))
+    if options.cannot_bridge(bound_mm, recipe):
+        return Bridge(bound_mm, None, (0.0, 0.0))
+    section = _measured(found, ply, stop)
+    return Bridge(bound_mm, section, _UNKNOWN if section is None else section.range_mm)
+
+
+def net_spacing_mm(found: FoundPocket, ply: PlyOnMold) -> float:
+    """Return an upper estimate of the spacing of a pocket's net, which reaches so far beyond the foot."""
+    net = ply.recipe.net
+    return net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / net.node_target))
+
+
+def _measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:
+    """Measure the fibres of a pocket on the scan; None if the mold is not known below all of them."""
+    recipe = ply.recipe
+    out = _core.ridge.bridge_section(
+        found.feet._core,
+        found.feet._core.feet[found.index],
+        ply.reference,
+        np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
+        ply.outline,
+        options.ply(recipe),
+        2 * recipe.verdict.excess_margin_mm,  # a ridge is half as high as its excess is long
+        stop,
+    )
+    if out is None:
+        return None
+    least, height, most = (options.bridge_mm(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
+    more_mm = _MISSED_MM if most > 0 and out.lacks_mm > out.error_mm else 0.0
+    return BridgeSection(
+        height_mm=height,
+        range_mm=(min(least, height), max(most, height) + more_mm),  # only rounding can put them out of order
+        lacks_mm=out.lacks_mm,
+        lacks_error_mm=out.error_mm,
+        pull_n_per_mm=out.pull_n_per_mm,
+        hold_n_per_mm=out.hold_n_per_mm,
+    )
