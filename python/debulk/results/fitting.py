@@ -33,10 +33,10 @@ def check_fits(report: ReportData) -> None:
     _check_complete(report.pockets)
     recipe = _recipe(report)
     for pocket in report.pockets:
-        if pocket.verdict is Verdict.CEASE:
-            _check_ceases(pocket, recipe)
         if pocket.bridge_section is not None:
             _check_bridge(pocket, pocket.bridge_section)
+        if pocket.verdict is Verdict.CEASE:
+            _check_ceases(pocket, recipe)
         if pocket.half_seen is not None:
             _check_half_seen(pocket, pocket.half_seen, recipe.segmentation.area_tol_mm2)
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)

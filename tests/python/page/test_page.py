@@ -332,7 +332,7 @@ def test_the_banner_names_the_pockets_that_decide(report, html):
 def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
     one = next(p for p in report.pockets if p.ridge_height_mm)
     assert one.deciding_ridge.height_mm == one.ridge_height_mm
-    ridge = dataclasses.replace(one, bridge_height_mm=9.0).deciding_ridge
+    ridge = dataclasses.replace(one, bridge_height_mm=9.0, decided_by="paper").deciding_ridge
     assert ridge == (9.0, (9.0, 9.0), "bridge of the net") and ridge.spread == ""
     section = BridgeSection(
         height_mm=8.0,
@@ -344,8 +344,8 @@ def test_a_bridge_above_the_ridge_is_what_the_table_shows(report):
     )
     weighed = dataclasses.replace(one, bridge_height_mm=9.0, bridge_section=section)
     ridge = weighed.deciding_ridge
-    assert ridge == (8.0, (7.5, 9.0), "bridge of the net") and ridge.spread == "(7.50 to 9.00)"
-    assert ridge.margin_mm(0.6) == pytest.approx(-8.4)
+    assert ridge == (8.0, (7.5, 8.5), "bridge") and ridge.spread == "(7.50 to 8.50)"
+    assert ridge.margin_mm(0.6) == pytest.approx(-7.9)
 
 
 @pytest.mark.parametrize("verdict", [Verdict.INVALID, Verdict.UNDECIDED])

@@ -114,8 +114,8 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["pockets"][2].update(rms_range_mm=[0.2, 5.1]), "pockets[2].verdict: CEASE does not fit"),
         (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: CEASE does not fit"),
         (
-            lambda t: t["pockets"][2].update(bridge_section=SECTION),
-            "its net bridges, 0.90 to 1.40 mm by the sections",
+            lambda t: t["pockets"][2].update(bridge_section=SECTION | {"height_mm": 9.5, "range_mm": [9.3, 9.9]}),
+            "does not fit its figures: bridge 9.30 to 9.90 mm above",
         ),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION | {"range_mm": [1.4, 0.9]}),
@@ -150,5 +150,5 @@ def test_a_good_layup_needs_its_evidence(ceases, tmp_path, edit, part):
 )
 def test_so_does_one_by_the_excess_length(ceases_by_excess, tmp_path, edit):
     number = next(p["id"] for p in ceases_by_excess["pockets"] if p["decided_by"] == "excess")
-    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: CEASE does not fit its figures"):
+    with pytest.raises(InputError, match=rf"pockets\[{number - 1}\].verdict: CEASE does not fit"):
         load(edited(ceases_by_excess, lambda t: edit(t["pockets"][number - 1])), tmp_path)

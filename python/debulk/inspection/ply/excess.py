@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["alone", "bound", "most_mm", "of_runs", "ridge_of", "upper_mm"]
 
 
-def of_runs(runs: FibreRuns, bridge_bound_mm: float | None, recipe: Recipe) -> ExcessReport:
+def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
     """Return the ridge that the runs over a pocket make, with its range.
 
     What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
