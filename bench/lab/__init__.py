@@ -2,7 +2,6 @@
 
 `varied` is a second family of virtual layups, with the faults, filters and mistakes that spoil an inspector's input;
 `third` is a third one, written from the laws of the model without a look at the other two;
-`study` measures the solver's error against its run time; `json_schema` makes the schema files that the package has;
-`sampled_risk` draws the probabilities that the package has to first order.
+`study` measures the solver's error against its run time; `json_schema` makes the schema files that the package has.
 Programs in bench/ and the tests import it as ``lab``.
 """

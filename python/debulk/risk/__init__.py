@@ -2,5 +2,6 @@
 
 from debulk.risk.layup import Risk, risk
 from debulk.risk.place import Place, place_of
+from debulk.risk.sampled import sampled
 
-__all__ = ["Place", "Risk", "place_of", "risk"]
+__all__ = ["Place", "Risk", "place_of", "risk", "sampled"]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 _LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
 _ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)
-JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows
+_JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recip
     turn = np.array([p.turn_mm for p in places])
     own = np.hypot([p.sd_mm for p in places], recipe.uncertainty.spread_mm)
     alone, joined = _exceeds(places, np.hypot(np.hypot(own, of_limit_mm), turn * of_angle), np.zeros((1, 1)), recipe)
-    both = ((1 - JOINED) * alone + JOINED * joined)[:, 0]
+    both = ((1 - _JOINED) * alone + _JOINED * joined)[:, 0]
     each = dict(zip((p.pocket for p in places), both.tolist(), strict=True))
     limit, angle = (axis.ravel() for axis in np.meshgrid(of_limit_mm * _LIMITS, of_angle * _ANGLES, indexing="ij"))
     alone, joined = _exceeds(places, own, limit + turn[:, None] * angle, recipe)
@@ -74,7 +74,7 @@ def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recip
     for group in _groups(places, runs):
         separate = separate * (1 - alone[group]).prod(axis=0)
         together = together * (1 - joined[group].max(axis=0))
-    any_of = float(1 - ((1 - JOINED) * separate + JOINED * together) @ weights)
+    any_of = float(1 - ((1 - _JOINED) * separate + _JOINED * together) @ weights)
     pocket_risks = {number: None if place is None else each[number] for number, place in known.items()}
     return Risk(pocket_risks, None if None in pocket_risks.values() else max(0.0, any_of))
 

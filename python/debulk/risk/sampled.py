@@ -1,4 +1,4 @@
-"""The probabilities of `debulk.risk` by drawing everything that is not known, to hold against its first order."""
+"""The same probabilities by drawing everything that is not known, to hold against the first order."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk.risk.layup import JOINED, Risk, common_sd_mm
+from debulk.risk.layup import _JOINED, Risk, common_sd_mm
 from debulk.risk.place import place_of
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def sampled(
     Parameters
     ----------
     pockets, runs, recipe
-        As in `debulk.risk.risk`.
+        As in `risk`.
     count, seed
         Number of draws, and their seed. A share scatters by half over the root of `count` at most.
 
@@ -38,7 +38,7 @@ def sampled(
     known = {p.id: place_of(p, runs, recipe) for p in pockets}
     of_limit_mm, of_angle = common_sd_mm(recipe)
     common, angle = of_limit_mm * rng.standard_normal(count), of_angle * rng.standard_normal(count)
-    together = rng.random(count) < JOINED
+    together = rng.random(count) < _JOINED
     exceeds = np.zeros(count, dtype=bool)
     shares: dict[int, float | None] = {}
     for number, place in known.items():
