@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from debulk.inspection.checks.listed import CHECKS
 from debulk.results.check_texts import CHECK_TEXTS, CheckText
+
+_LIMITS = {check.name: check.limits for check in CHECKS}
 
 
 def reference() -> str:
@@ -26,8 +34,22 @@ def section(check: CheckText) -> list[str]:
         f"* **Looks at** {check.sees}.",
         f"* **Limit**: {check.limit}.",
         f"* **Do**: {check.remedy}.",
+        *(line for limits in _LIMITS[check.name] for line in thresholds(limits)),
         "",
     ]
+
+
+def thresholds(limits: Any) -> Iterator[str]:
+    """Yield what thresholds are of, and for each its name, its value and the comment that it has in the source."""
+    yield f"* **Thresholds**: {inspect.cleandoc(limits.__doc__)}"
+    source = inspect.getsource(type(limits)).split('"""')[2]
+    said = ""
+    for line in source.splitlines():
+        before, _, comment = line.partition("#")
+        said = f"{said} {comment.strip()}".strip()
+        if name := re.match(r"\s*(\w+):", before):
+            yield f"  * `{name[1]} = {getattr(limits, name[1])!r}`{f': {said}' if said else ''}"
+            said = ""
 
 
 class ChecksReference(SphinxDirective):

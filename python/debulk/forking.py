@@ -13,10 +13,17 @@ Value = TypeVar("Value")
 
 
 class Guard:
-    """A lock that is open again in a forked child."""
+    """A lock that is open again in a forked child.
+
+    Attributes
+    ----------
+    torn
+        True in a child that was forked while a thread held the lock: what the lock guards may be half changed, and has
+        to be made anew.
+    """
 
     def __init__(self) -> None:
-        self.torn = False  # True in a child forked while a thread held it: what it guards has to be made anew
+        self.torn = False
         self._lock = threading.Lock()
         _guards.add(self)
 

@@ -17,8 +17,14 @@ class Workers(Executor):
 
     That of `concurrent.futures` refuses work as soon as the main thread has ended, although another thread may still be
     in the midst of an inspection for which the interpreter waits, and the interpreter's exit waits for its threads even
-    if they work for a daemon thread. These threads are daemons if the thread that made the executor is one. At most so
-    many are started, each when there is work for it.
+    if they work for a daemon thread. These threads are daemons if the thread that made the executor is one.
+
+    Parameters
+    ----------
+    most
+        Largest number of threads; each is started when there is work for it.
+    name
+        Beginning of the threads' names.
 
     Examples
     --------

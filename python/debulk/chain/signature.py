@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
+from debulk.inspection.evidence.medians import OF_MEDIAN
 
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
@@ -19,7 +20,6 @@ _POWERS = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
 _LEAST_POINTS = 100  # of a window, for a polynomial of 15 coefficients
 _LEAST_WINDOWS = 12
 _OUTLIER = 4.0  # robust standard deviations beyond which a point is no noise
-_OF_MEDIAN = 1.4826  # standard deviation over the median absolute deviation
 _LAGS = ((0.0, 1.5), (1.5, 2.5), (2.5, 4.5))  # distances in pitches at which the correlation is read
 _FIRM = 1e-9  # of the squares' sum: points on one line leave a polynomial undetermined
 _SAME = 4.0  # times a float32's resolution: depths whose steps are no larger were not rounded
@@ -102,7 +102,7 @@ def _rest(uv: Floats, depth: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         normal = np.einsum("ni,nj->ij", of, of) + _FIRM * np.eye(len(_POWERS))
         factors = np.linalg.solve(normal, np.einsum("ni,n->i", of, about[kept]))
         rest = about - product(shape, factors)
-        sigma = _OF_MEDIAN * float(np.median(np.abs(rest)))
+        sigma = OF_MEDIAN * float(np.median(np.abs(rest)))
         kept = np.abs(rest) <= max(_OUTLIER * sigma, 1e-12)
     return rest, kept
 

@@ -15,8 +15,17 @@ Key = tuple[int, ...] | str
 def paired(left: Sequence[Path], right: Sequence[Path]) -> tuple[list[tuple[Path, Path]], dict[str, str]]:
     """Pair left_01 with right_01, cam0_7 with cam1_07: numbers that are the same in a whole folder tell nothing.
 
-    Where names hold no number that changes, the names themselves have to be the same in both folders. Also returned are
-    the images without a partner, by name, and what is missing.
+    Where names hold no number that changes, the names themselves have to be the same in both folders.
+
+    Returns
+    -------
+    tuple[list[tuple[Path, Path]], dict[str, str]]
+        Pairs, in the order of their numbers, and the images without a partner, by name.
+
+    Raises
+    ------
+    debulk.InputError
+        If two images of a folder have the same number, or no image has a partner.
 
     Examples
     --------

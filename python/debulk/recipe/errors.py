@@ -116,7 +116,15 @@ _LOWEST_SURE_MM = 1.7
 
 
 def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> list[Wrong]:
-    """Check the values, by section and name, against each other; checks of those known to be unusable are left out."""
+    """Check the values against each other.
+
+    Parameters
+    ----------
+    values
+        All settings by section and name.
+    unusable
+        Dotted names of values that are already known to be wrong: checks that need them are left out.
+    """
     wrong: list[Wrong] = []
 
     def check(name: str, other: str, limit: float, why: str) -> None:

@@ -82,6 +82,11 @@ def counts_from_mm(recipe: Recipe) -> float:
     return recipe.verdict.max_ridge_mm - recipe.verdict.ridge_margin_mm
 
 
+def looked_for_mm2(recipe: Recipe) -> float:
+    """Return the area, mm², from which a plateau or a patch without noise counts: the smallest pocket's, or 2 cm²."""
+    return min(recipe.segmentation.area_tol_mm2, 200.0)
+
+
 def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
     """Return a bridge's height, mm, as post-processing counts it: with the consolidated ply; 0 if the ply touches."""
     thickness_mm = recipe.material.thickness_mm

@@ -11,9 +11,13 @@ from debulk.verdict import Judgement, Verdict
 def compose(findings: Sequence[Finding]) -> Judgement:
     """Return the worst verdict that the findings allow, with the reason of the first finding that allows no better.
 
-    They stand in the order in which the checks speak. What is only mentioned, and is not about one pocket, is added to
-    the reason of an INVALID layup, as it may be the cause. Without any finding that has a verdict the layup is INVALID:
-    then nothing was looked at.
+    What is only mentioned, and is not about one pocket, is added to the reason of an INVALID layup, as it may be the
+    cause. Without any finding that has a verdict the layup is INVALID: then nothing was looked at.
+
+    Parameters
+    ----------
+    findings
+        In the order in which the checks speak: of findings that are equally bad the first one gives the reason.
 
     Examples
     --------

@@ -21,9 +21,11 @@ _SIGNS: dict[str, list[tuple[float, float, float, float]]] = {
 
 
 def strokes(text: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Return the strokes of a text of digits, points, blanks and "m": (M, 2) ends, and which (M / 2, 2) are joined.
+    """Return the strokes of a text of digits, points, blanks and "m".
 
-    x is to the right from 0, y up from 0 to 1.
+    Returns
+    -------
+    (M, 2) ends of the strokes, x to the right from 0 and y up from 0 to 1; (M / 2, 2) pairs of ends that form a stroke.
 
     Examples
     --------

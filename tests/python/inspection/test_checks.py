@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+import pytest
+
 import debulk
 from debulk import Verdict, _core
 from debulk.inspection.checks.check import Check, findings_of
@@ -38,6 +40,14 @@ def test_every_finding_that_the_inspection_makes_is_of_a_listed_check():
     files = [path for room in ("inspection", "chain") for path in (folder / room).rglob("*.py")]
     made = {name for path in files for name in re.findall(r'Finding\(\s*"(\w+)"', path.read_text())}
     assert made == set(NAMES)
+
+
+@pytest.mark.parametrize("limits", [one for check in CHECKS for one in check.limits], ids=lambda one: one.__module__)
+def test_thresholds_are_frozen_and_name_what_tries_them(limits):
+    top = Path(__file__).parents[3]
+    assert type(limits).__dataclass_params__.frozen
+    named = re.findall(r"(?:bench|tests)/[\w/]+\.py", limits.__doc__)
+    assert named and all((top / name).exists() for name in named)
 
 
 def test_the_findings_come_in_the_order_of_the_checks():

@@ -110,7 +110,7 @@ def test_swapped_scan_and_reference(family, regions):
     recipe = Recipe(segmentation={"regions": regions})
     report = Inspector(recipe, g.scan, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.reference)
     assert report.verdict is Verdict.INVALID
-    assert "look swapped" in report.reason
+    assert "scan and reference are swapped" in report.reason
 
 
 @BOTH

@@ -9,7 +9,7 @@ from debulk import Recipe
 from debulk.inspection.evidence.edge_check import EdgeFit
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.inspection.place import level
-from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason
 
 pytestmark = pytest.mark.unit
 
@@ -203,6 +203,11 @@ def test_the_sentences_to_the_letter():
             "no ply is seen: the scan stands 0.00 mm above the reference everywhere, a ply by its thickness of 0.3 mm; "
             "the mold is empty, the reference was taken with the ply on it, or the scan lies 0.30 mm too low"
         ),
+        judged(-0.30, noise_mm=1e-9)[0]: (
+            "the scan lies 0.60 mm too low everywhere, or scan and reference are swapped (between the pockets the ply "
+            "stands 0.30 mm below the reference, its thickness is 0.3 mm): swap them, or check the pose, the thickness "
+            "in the recipe, and whether the reference is of this layup"
+        ),
         judged(0.30 + 0.8 * (np.arange(len(XY)) % 2 == 0) * (np.arange(len(XY)) % 5 < 3), noise_mm=1e-9)[0]: (
             "0 % of the ply between the pockets lies more than 0.1 mm too low and 30 % too high, worst by +0.80 mm at "
             "(150, -150) mm" + between.format("0.30") + "a ply that stands off the mold so widely cannot be judged; "
@@ -219,10 +224,6 @@ def test_the_sentences_to_the_letter():
     assert same_reason(1.0) == (
         "scan and reference are the same: 100 % of their points agree bit for bit; give the scan of the draped ply and "
         "the reference from before it was draped, with all the digits that the scanner gave"
-    )
-    assert swapped_reason(100_000.0, 2.5).text == (
-        "scan and reference look swapped: 1000 cm² of the scan hang more than 2.5 mm below the reference; swap scan "
-        "and reference, or check the pose: z is to point up, away from the mold"
     )
     assert edge_reason(EdgeFit(judged=9, off_share=1.0, far_row=3, off_mm=0.6, at_mm=np.array([10.0, -20.4]))) == (
         "the outline does not fit the scan: along 100 % of it the ply's edge is elsewhere, round (10, -20) mm 1 mm "
@@ -241,9 +242,8 @@ def test_the_worst_square_is_the_one_that_is_surely_off():
     assert "worst by" in said and "worst by +0.90" not in said
 
 
-def test_the_other_reasons_name_share_area_and_side():
+def test_the_other_reasons_name_share_and_side():
     assert "are the same: 53 % of their points" in same_reason(0.53)
-    assert "look swapped: 12 cm² of the scan hang more than 2.5 mm" in swapped_reason(1200.0, 2.5).text
     outside = edge_reason(EdgeFit(judged=9, off_share=0.31, far_row=3, off_mm=14.0, at_mm=(10.0, -20.4)))
     assert "along 31 % of it" in outside and "round (10, -20) mm 14 mm outside it" in outside
     assert "6 mm inside it" in edge_reason(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk.inspection.clouds.repeated_pixels import REPEATED, repeated_share
+from debulk.inspection.clouds.repeated_pixels import LIMITS, repeated_share
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_it_does_not_matter_where_the_blocks_begin(shape, times):
     few = np.random.default_rng(1).random((height // times + 2, width // times + 2, 3), dtype=np.float32)
     large = few.repeat(times, axis=0).repeat(times, axis=1)
     for begin in range(times):
-        assert repeated_share(large[begin : begin + height, begin : begin + width]) > REPEATED
+        assert repeated_share(large[begin : begin + height, begin : begin + width]) > LIMITS.share
 
 
 @pytest.mark.parametrize("order", ["side by side", "in heaps", "mixed"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from debulk import _core
 from debulk.inspection.checks.seen import Seen
@@ -26,10 +27,13 @@ class Check:
         Name of its findings; what it looks at and its limit stand under this name in `debulk.results.check_texts`.
     look
         Returns the findings, from what was seen.
+    limits
+        Its thresholds that no recipe has: a frozen dataclass for each instrument, with comments as docs/checks.md has.
     """
 
     name: str
     look: Callable[[Seen], Iterable[Finding]]
+    limits: tuple[Any, ...] = ()
 
 
 def findings_of(checks: Sequence[Check], seen: Seen) -> tuple[Finding, ...]:

@@ -11,8 +11,21 @@ from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import approval, false_acceptance, fibre_angles, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
+from debulk.inspection.clouds import repeated_pixels, unit
+from debulk.inspection.evidence import edge_check, smooth_patches, two_layers
+from debulk.inspection.holes import unseen
+from debulk.inspection.place import edge_beyond, level, mold_edge, plateaus, steep
 from debulk.inspection.ply import humps
-from debulk.inspection.rawscan import narrow_bumps, wrinkles
+from debulk.inspection.rawscan import (
+    edge_spread,
+    filled,
+    narrow_bumps,
+    repeated_depths,
+    shared_noise,
+    smoothed,
+    wrinkles,
+)
+from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
 
 __all__ = ["CHECKS"]
@@ -31,14 +44,14 @@ def _of_place(name: str) -> Callable[[Seen], list[Finding]]:
 CHECKS = (
     Check("chain", lambda seen: [] if seen.recognised is None else seen.recognised.findings),
     Check("same_scan", _of_place("same_scan")),
-    Check("unit", _of_place("unit")),
-    Check("two_layers", _of_place("two_layers")),
-    Check("repeated_pixels", _of_place("repeated_pixels")),
-    Check("point_spacing", _of_place("point_spacing")),
-    Check("steep_mold", _of_place("steep_mold")),
-    Check("mold_edge", _of_place("mold_edge")),
-    Check("level", _of_place("level")),
-    Check("ply_edge", _of_place("ply_edge")),
+    Check("unit", _of_place("unit"), (unit.LIMITS,)),
+    Check("two_layers", _of_place("two_layers"), (two_layers.LIMITS,)),
+    Check("repeated_pixels", _of_place("repeated_pixels"), (repeated_pixels.LIMITS,)),
+    Check("point_spacing", _of_place("point_spacing"), (resolution.LIMITS,)),
+    Check("steep_mold", _of_place("steep_mold"), (steep.LIMITS,)),
+    Check("mold_edge", _of_place("mold_edge"), (mold_edge.LIMITS,)),
+    Check("level", _of_place("level"), (level.LIMITS,)),
+    Check("ply_edge", _of_place("ply_edge"), (edge_check.LIMITS, edge_beyond.LIMITS)),
     Check("largest_pocket", _of_place("largest_pocket")),
     Check("reference_humps", lambda seen: humps.findings(seen.humps, seen.ply.recipe)),
     Check("coverage", pockets.coverage),
@@ -49,19 +62,24 @@ CHECKS = (
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", lambda seen: [*pockets.deadline(seen), *tolerances.findings(seen.judged.bumps)]),
-    Check("holes", pockets.not_seen),
+    Check("holes", pockets.not_seen, (unseen.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", false_acceptance.findings),
-    Check("plateaus", lambda seen: seen.plateaus),
+    Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
     Check("riders", lambda seen: seen.riders),
-    Check("wrinkles", lambda seen: wrinkles.findings(seen.standing, seen.ply.recipe)),
+    Check("wrinkles", lambda seen: wrinkles.findings(seen.standing, seen.ply.recipe), (wrinkles.LIMITS,)),
     Check(
         "narrow_bumps",
         lambda seen: narrow_bumps.findings(seen.standing.bumps or (), seen.ply.recipe.verdict.max_ridge_mm),
+        (narrow_bumps.LIMITS,),
     ),
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
-    Check("filled", lambda seen: seen.filled.findings(seen.ply.recipe)),
-    Check("smoothed", lambda seen: seen.filled.smoothed.findings()),
+    Check("filled", lambda seen: seen.filled.findings(seen.ply.recipe), (filled.LIMITS, smooth_patches.LIMITS)),
+    Check(
+        "smoothed",
+        lambda seen: seen.filled.smoothed.findings(),
+        (shared_noise.LIMITS, repeated_depths.LIMITS, edge_spread.LIMITS, smoothed.LIMITS),
+    ),
     Check("audit", pockets.audit),
     Check("approval", lambda seen: approval.findings(seen.approved, seen.ply.recipe)),
 )

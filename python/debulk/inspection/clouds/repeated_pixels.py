@@ -5,12 +5,22 @@ Its points then lie in heaps, and the outlier filter, which compares distances, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["REPEATED", "repeated_reason", "repeated_share"]
+__all__ = ["LIMITS", "repeated_reason", "repeated_share"]
 
-REPEATED = 0.6  # 0.75 if every pixel became 2 by 2 pixels; 0.5 if only rows or columns were doubled, which does no harm
+
+@dataclass(frozen=True)
+class Limits:
+    """Of repeated points; `tests/python/inspection/test_repeated_pixels.py` enlarges images and repeats lists."""
+
+    share: float = 0.6  # 0.75 if every pixel became 2 by 2; 0.5 if only rows or columns were doubled: that does no harm
+
+
+LIMITS = Limits()
 _POINTS = 20_000  # of a list that are looked at
 _ROWS = 16  # looked at
 _COLUMNS = 7  # one of so many is looked at: an odd number, so that pixels of every place in a block are among them

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,16 @@ __all__ = ["unit_reason", "width_of"]
 
 Floats = NDArray[np.float64]
 _UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
-_FACTOR_TOL = 0.15  # of the factor: ply and reference are not seen from exactly the same place
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of a scan in another unit; bench/trust/setups.py gives clouds in inches, centimetres and metres."""
+
+    factor_share: float = 0.15  # of the factor: ply and reference are not seen from exactly the same place
+
+
+LIMITS = Limits()
 
 
 def width_of(seen: Grid) -> Floats:
@@ -34,7 +45,7 @@ def unit_reason(points_mm: Floats, wide: Floats) -> Reason | None:
     low, high = np.array([np.percentile(points_mm[:, axis], [1, 99]) for axis in (0, 1)]).T  # faster than along an axis
     ratio = float(np.hypot(*wide) / max(1e-9, np.hypot(*(high - low))))
     for unit, factor in _UNITS.items():
-        if abs(ratio / factor - 1) < _FACTOR_TOL:
+        if abs(ratio / factor - 1) < LIMITS.factor_share:
             what = (
                 f"the scan is {high[0] - low[0]:.3g} by {high[1] - low[1]:.3g} mm and the reference {wide[0]:.4g} by "
                 f"{wide[1]:.4g} mm: is the scan in {unit}?"

@@ -20,15 +20,22 @@ __all__ = ["EdgeFit", "Outline"]
 
 Floats = NDArray[np.float64]
 
-_REACH_MM = 40.0  # to each side of the outline
-_STRIP_MM = 4.0
-_STRETCH_MM = 40.0
-_STEP_MM = 4.0  # along the outline
-_LEAST_CELLS = 5  # known cells that a strip of a stretch needs
-_NEEDED = 3  # strips that must be known on each side
-_BLUR_MM = 6.0  # a step nearer to the outline than this counts as on it: the map's cells are up to 8 mm wide
-_CLEAR = 0.5  # of the step's squared height: if a shift reduces the misfit by less, that is no evidence
-_FAR_MM = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the ply's edge along the outline; bench/trust/outlines.py has outlines that are not the ply's."""
+
+    stretch_mm: float = 40.0  # length of a stretch along the outline, and of the strips' reach to each side of it
+    strip_mm: float = 4.0  # width of a strip, and distance of the places along the outline
+    least_cells: int = 5  # known cells that a strip of a stretch needs
+    least_strips: int = 3  # that must be known on each side
+    blur_mm: float = 6.0  # a step nearer to the outline than this counts as on it: a map's cells are up to 8 mm wide
+    clear_share: float = 0.5  # of the step's squared height: a shift that reduces the misfit by less is no evidence
+    far_mm: float = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
+    far_stretches: int = 3  # in a row; of 305 right layups one had a single one, and none had two
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,20 +87,20 @@ class Outline:
         ends = np.roll(corners_mm, -1, axis=0)
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
         along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
-        count = max(3, round(along_mm[-1] / _STRETCH_MM))
-        steps = max(2, round(along_mm[-1] / count / _STEP_MM))
+        count = max(3, round(along_mm[-1] / LIMITS.stretch_mm))
+        steps = max(2, round(along_mm[-1] / count / LIMITS.strip_mm))
         at = (np.arange(count * steps) + 0.5) / (count * steps) * along_mm[-1]
         side = np.clip(np.searchsorted(along_mm, at, side="right") - 1, 0, len(corners_mm) - 1)
         share = ((at - along_mm[side]) / lengths[side])[:, None]
         points = corners_mm[side] + share * (ends - corners_mm)[side]
         # Normals are taken over some 16 mm: the short sides of a noisy outline have no useful normals of their own.
-        reach = max(1, round(0.25 * _STRETCH_MM / _STEP_MM))
+        reach = max(1, round(0.25 * LIMITS.stretch_mm / LIMITS.strip_mm))
         along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
         if _signed_area(corners_mm) < 0:
             normal = -normal
-        self.offsets_mm = np.arange(-_REACH_MM + 0.5 * _STRIP_MM, _REACH_MM, _STRIP_MM)
+        self.offsets_mm = np.arange(-LIMITS.stretch_mm + 0.5 * LIMITS.strip_mm, LIMITS.stretch_mm, LIMITS.strip_mm)
         xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
         # At corners a strip's points may lie on the other side of another stretch; these are not used.
         inside = pocket.inside(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
@@ -129,11 +136,11 @@ class Outline:
         middle[np.abs(middle) > max(cut_height_mm, 2 * thickness_mm)] = np.nan
         off = _edges(middle, self.offsets_mm, thickness_mm, self._bare)
         judged = np.isfinite(off)
-        wrong = judged & (np.abs(off) > _BLUR_MM)
+        wrong = judged & (np.abs(off) > LIMITS.blur_mm)
         number = int(judged.sum())
         if not wrong.any():
             return EdgeFit(number, 0.0, 0, np.nan, np.full(2, np.nan))
-        _, far_row = _longest(np.abs(off[judged]) >= _FAR_MM)
+        _, far_row = _longest(np.abs(off[judged]) >= LIMITS.far_mm)
         worst, _ = _longest(wrong)
         return EdgeFit(number, float(wrong.sum()) / number, far_row, float(off[worst]), self._middles[worst])
 
@@ -142,13 +149,14 @@ def _medians(strips: Floats) -> Floats:
     """Return the (S, K) medians of the known ones among (S, K, N) values; NaN where too few are known."""
     ranked, known = np.sort(strips, axis=2), np.isfinite(strips).sum(axis=2)  # NaN last
     at = np.stack([np.maximum(known - 1, 0) // 2, np.minimum(known // 2, strips.shape[2] - 1)], axis=2)
-    return np.where(known >= _LEAST_CELLS, np.take_along_axis(ranked, at, axis=2).mean(axis=2), np.nan)
+    return np.where(known >= LIMITS.least_cells, np.take_along_axis(ranked, at, axis=2).mean(axis=2), np.nan)
 
 
 def _edges(middle: Floats, offsets: Floats, thickness: float, bare: Floats) -> Floats:
     """Return the distance from the outline of the best step from thickness to bare in each (S, K) row; NaN: unknown."""
     known = np.isfinite(middle)
-    enough = (known[:, offsets < 0].sum(axis=1) >= _NEEDED) & (known[:, offsets > 0].sum(axis=1) >= _NEEDED)
+    inside, outside = (known[:, side].sum(axis=1) for side in (offsets < 0, offsets > 0))
+    enough = np.minimum(inside, outside) >= LIMITS.least_strips
     off = np.full(len(middle), np.nan)
     rows, known = np.arange(np.count_nonzero(enough)), known[enough]
     values = np.where(known, middle[enough], 0.0)
@@ -169,7 +177,7 @@ def _edges(middle: Floats, offsets: Floats, thickness: float, bare: Floats) -> F
     inner, outer = before[rows, best], after[rows, best]
     inner, outer = np.where(inner < 0, outer, inner), np.where(outer == last, inner, outer)
     edge = 0.5 * (offsets[inner] + offsets[outer])
-    clear = misfit[rows, here] - misfit[rows, best] >= _CLEAR * thickness**2
+    clear = misfit[rows, here] - misfit[rows, best] >= LIMITS.clear_share * thickness**2
     off[enough] = np.where(clear, edge, 0.0)
     return off
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.grid import Grid
+from debulk.inspection.evidence.medians import ERROR, OF_QUARTILES
 from debulk.inspection.evidence.sample import Sample
 
 __all__ = ["Blocks", "PlyZones"]
@@ -21,9 +22,8 @@ _SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives e
 _ENOUGH = 24  # squares
 _INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
 _CELL_MM = 4.0  # of the grid that stores where the ply is
-_LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
+LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
 _LEAST_SHARE = 0.6  # of a square's points: if pockets cover more, the ply there has not come down to the mold yet
-_OF_QUARTILES = 1.2533 / 1.349  # standard error of a median times the root of the count, over the quartiles' distance
 _CORNERS = 100  # so many corners of an outline are enough to leave out what lies inside it
 
 
@@ -115,7 +115,7 @@ class PlyZones:
         block = block[used[on]]
         heights = _by_block(block, sample.height_mm[used])
         counts = np.bincount(block, minlength=size)
-        numbers = np.flatnonzero((counts >= _LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
+        numbers = np.flatnonzero((counts >= LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
         first, count = (np.cumsum(counts) - counts)[numbers], counts[numbers]
         medians = 0.5 * (heights[first + (count - 1) // 2] + heights[first + count // 2])
         quartiles = heights[first + 3 * (count - 1) // 4] - heights[first + (count - 1) // 4]
@@ -124,7 +124,7 @@ class PlyZones:
         return Blocks(
             xy_mm=self._low + self.side_mm * middle,
             height_mm=medians,
-            error_mm=_OF_QUARTILES * quartiles / np.sqrt(count),
+            error_mm=ERROR * OF_QUARTILES * quartiles / np.sqrt(count),
             side_mm=self.side_mm,
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )

@@ -20,7 +20,7 @@ Cloud = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 _APART_MM = 1.0  # a denser scan is read in steps, with points at most this far apart
-_HIGH_MM = 25.0  # greatest height above the reference of the points that are read
+HIGHEST_MM = 25.0  # air lifts no ply so high above the reference: a clamp or a tool
 _MARGIN = 4  # pixels round the part of the image that is read
 _OFF = 1.0  # pixels by which the points may miss their pixels: by more, another camera took the scan
 
@@ -78,7 +78,7 @@ class RawPoints:
         if self._image is None:
             return None
         below_mm = reference.height(outline_mm)
-        box = np.concatenate([np.column_stack([outline_mm, below_mm + up]) for up in (0.0, _HIGH_MM)])
+        box = np.concatenate([np.column_stack([outline_mm, below_mm + up]) for up in (0.0, HIGHEST_MM)])
         if self._pose is not None:
             box = product(box - self._pose[:3, 3], self._pose[:3, :3])
         if (box[:, 2] <= 0).any():

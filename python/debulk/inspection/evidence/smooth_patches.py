@@ -31,16 +31,31 @@ Cloud = NDArray[np.float32]
 OnPly = Callable[[Cloud], Bools]
 
 SIDE = _core.rawscan.square_side  # pixels along the side of a square
-_ACROSS = 3.0  # squares that begin within the width of the smallest patch that is looked for
-_FOR_LIMITS = 1000  # squares, spread over the image, from which the scan's noise is read
-_QUIET = 0.25  # of the median: noise has 0.13 of its fourth differences below, a linear fill 0.55 to 0.8
-_STEP = 0.25  # of the same median, which is 5.6 sigma: coarser steps leave smooth stretches between them
-_ROUND = 7  # pixels along the side of the window in which low differences are counted
-# Differences that must be known, of its 98 along both axes or 49 along one, and least shares of low ones: half of the
-# noise leaves 0.26. The noise of
-# eight layups reached it by chance in no window, and linear fills over bells of 16 mm in 28 windows and more.
-_LEAST_KNOWN, _LOW_SHARE, _LOW_ALONG = 30, 0.55, 0.7
-_LEVEL = 0.01  # component of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of places without noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
+
+    across: float = 3.0  # squares that begin within the width of the smallest patch that is looked for
+    most_squares: int = 1000  # spread over the image, from which the scan's noise is read
+    quiet_share: float = (
+        0.25  # of the median: noise has 0.13 of its fourth differences below, a linear fill 0.55 to 0.8
+    )
+    step_share: float = (
+        0.25  # of the same median, which is 5.6 sigma: coarser steps leave smooth stretches between them
+    )
+    window_pixels: int = 7  # along the side of the window in which low differences are counted
+    # Differences that must be known, of the window's 98 along both axes or 49 along one, and least shares of low ones:
+    # half of the noise leaves 0.26. The noise of eight layups reached it by chance in no window, and linear fills over
+    # bells of 16 mm in 28 windows and more.
+    least_known: int = 30
+    low_share: float = 0.55
+    low_along_share: float = 0.7
+    level: float = 0.01  # of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +100,7 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
     """Lay squares on a cloud's image so that a patch of this width holds some; None: no image, or one too small."""
     if len(shape) != 3 or min(shape[:2]) < SIDE or not np.isfinite(pitch_mm):
         return None
-    step = int(np.clip(wide_mm / (_ACROSS * pitch_mm), 4, 2 * SIDE))
+    step = int(np.clip(wide_mm / (LIMITS.across * pitch_mm), 4, 2 * SIDE))
     rows, columns = (np.arange(0, n - SIDE + 1, step, dtype=np.int64) for n in shape[:2])
     return Squares(rows, columns, step)
 
@@ -93,7 +108,7 @@ def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squar
 def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
     """Return at most a thousand squares, spread over the image, whose middles were seen and lie on the ply."""
     count = len(squares.rows) * len(squares.columns)
-    return _those_on_ply(scan, squares, np.arange(0, count, -(-count // _FOR_LIMITS)), on_ply)
+    return _those_on_ply(scan, squares, np.arange(0, count, -(-count // LIMITS.most_squares)), on_ply)
 
 
 def quiet_squares(
@@ -122,7 +137,7 @@ def quiet_squares(
     count = shape[0] * shape[1]
     if not len(some):
         return QuietSquares(np.zeros(shape, dtype=np.bool_))
-    axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > _LEVEL else [(0.0, 0.0, 1.0)]
+    axes = [(0.0, 0.0, 1.0), tuple(up)] if np.hypot(*up[:2]) > LIMITS.level else [(0.0, 0.0, 1.0)]
     limits = _core.rawscan.quiet_limits(scan, squares.step, some, axes, threads, stop)
     maybe = np.flatnonzero(_core.rawscan.quiet_squares(scan, squares.step, limits, threads, stop))
     quiet = np.zeros(count, dtype=np.bool_)
@@ -151,22 +166,26 @@ def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:
     fourths = [np.abs(np.diff(height.astype(np.float64), 4, axis=axis)) for axis in (0, 1)]
     known = np.concatenate([fourth[np.isfinite(fourth)] for fourth in fourths])
     middle = float(np.median(known)) if len(known) else 0.0
-    if not middle > 0 or step_mm > _STEP * middle:
+    if not middle > 0 or step_mm > LIMITS.step_share * middle:
         return np.zeros(height.shape, dtype=np.bool_), steps_hide(
             step_mm
         ) if step_mm else "the scan has too little noise to miss it in a patch"
-    window = (_ROUND, _ROUND)
+    window = (LIMITS.window_pixels, LIMITS.window_pixels)
     counts = []
     for fourth, part in zip(fourths, (np.s_[2:-2, :], np.s_[:, 2:-2]), strict=True):
         low, counted = np.zeros(height.shape, np.float32), np.zeros(height.shape, np.float32)
         with np.errstate(invalid="ignore"):  # NaN is not low
-            low[part] = fourth <= _QUIET * middle
+            low[part] = fourth <= LIMITS.quiet_share * middle
         counted[part] = np.isfinite(fourth)
         counts.append(np.stack([cv2.boxFilter(of, -1, window, normalize=False) for of in (low, counted)]))
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
     quiet = np.zeros(height.shape, dtype=np.bool_)
-    for (few, number), share in ((counts[0] + counts[1], _LOW_SHARE), (counts[0], _LOW_ALONG), (counts[1], _LOW_ALONG)):
-        quiet |= few >= share * np.maximum(number, _LEAST_KNOWN)
+    for (few, number), share in (
+        (counts[0] + counts[1], LIMITS.low_share),
+        (counts[0], LIMITS.low_along_share),
+        (counts[1], LIMITS.low_along_share),
+    ):
+        quiet |= few >= share * np.maximum(number, LIMITS.least_known)
     return quiet, ""
 
 

@@ -7,6 +7,8 @@ neighbours nearly always at the same one.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,33 +18,49 @@ from debulk.inspection.ply.setup import Setup
 __all__ = ["layers_apart_mm", "layers_reason"]
 
 Floats = NDArray[np.float64]
-_EVERY_MM, _PITCHES, _LEAST_MM = 40.0, 7.0, 5.0  # from one window to the next; their side, in pitches, and at least
-_POINTS, _MOST = 16, 60  # least and largest number of points of a window that are looked at
-_WINDOWS, _SHARE = 5, 0.2  # least number, and least share, of the windows looked at that show two layers
-_APART = 4.5  # distance of two halves over the deviation in each: 2.65 for normal noise, 3.46 for an even scatter
-_MINOR = 0.15  # share of the points: a thinner layer is one of outliers
-_MIXED = 0.6  # of what chance gives: share of the points whose nearest neighbour lies in the other layer
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of two layers in a list of points; `tests/python/inspection/test_thicknesses.py` mixes scans."""
+
+    every_mm: float = 40.0  # from one window to the next
+    side_pitches: float = 7.0  # of a window
+    least_side_mm: float = 5.0
+    least_points: int = 16  # of a window
+    most_points: int = 60  # of a window that are looked at
+    least_windows: int = 5  # that show two layers
+    least_share: float = 0.2  # of the windows looked at that show two layers
+    apart_sigmas: float = 4.5  # distance of two halves over the deviation in each: 2.65 for noise, 3.46 if even
+    minor_share: float = 0.15  # of the points: a thinner layer is one of outliers
+    mixed_share: float = 0.6  # of what chance gives: points whose nearest neighbour lies in the other layer
+    apart_thicknesses: float = 0.25  # least distance of the layers
+
+
+LIMITS = Limits()
 
 
 def layers_apart_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> float:
     """Return how far apart, mm, two layers lie in a list of points (N, 3), by the median over windows; 0: one layer."""
     if scan.ndim != 2 or not np.isfinite(pitch_mm):
         return 0.0
-    side = max(_LEAST_MM, _PITCHES * pitch_mm)
+    side = max(LIMITS.least_side_mm, LIMITS.side_pitches * pitch_mm)
     pose = setup.pose
     at = [scan @ pose[k, :3].astype(np.float32) + np.float32(pose[k, 3]) for k in (0, 1)]
     with np.errstate(invalid="ignore"):
-        near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & np.isfinite(scan).all(axis=1)
+        near = np.all([np.mod(v, np.float32(LIMITS.every_mm)) < side for v in at], axis=0) & np.isfinite(scan).all(
+            axis=1
+        )
     sample = sample_of(scan[near], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
     known = np.isfinite(sample.height_mm)
     xy, height = sample.points_mm[known, :2], sample.height_mm[known]
-    _, window = np.unique(np.floor(xy / _EVERY_MM).astype(np.int64), axis=0, return_inverse=True)
+    _, window = np.unique(np.floor(xy / LIMITS.every_mm).astype(np.int64), axis=0, return_inverse=True)
     order = np.argsort(window.ravel(), kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(window.ravel()))[:-1]) if len(order) else []
-    looked = [part[:: max(1, len(part) // _MOST)] for part in parts if len(part) >= _POINTS]
+    looked = [part[:: max(1, len(part) // LIMITS.most_points)] for part in parts if len(part) >= LIMITS.least_points]
     apart = np.array([_apart_mm(xy[part], height[part]) for part in looked])
-    two = apart[apart > setup.recipe.material.thickness_mm / 4]
-    return float(np.median(two)) if len(two) >= max(_WINDOWS, _SHARE * len(apart)) else 0.0
+    two = apart[apart > LIMITS.apart_thicknesses * setup.recipe.material.thickness_mm]
+    return float(np.median(two)) if len(two) >= max(LIMITS.least_windows, LIMITS.least_share * len(apart)) else 0.0
 
 
 def _apart_mm(xy: Floats, height: Floats) -> float:
@@ -58,13 +76,13 @@ def _apart_mm(xy: Floats, height: Floats) -> float:
     k = int(np.argmax(between))
     within = max(float(np.mean((rest - rest.mean()) ** 2) - between[k]), 1e-12)
     share = (k + 1) / count
-    if min(share, 1 - share) < _MINOR or high[k] - low[k] < _APART * np.sqrt(within):
+    if min(share, 1 - share) < LIMITS.minor_share or high[k] - low[k] < LIMITS.apart_sigmas * np.sqrt(within):
         return 0.0
     upper = rest > ranked[k]
     far = ((xy[:, None] - xy[None]) ** 2).sum(axis=2)
     np.fill_diagonal(far, np.inf)
     mixed = np.mean(upper[np.argmin(far, axis=1)] != upper)
-    return float(high[k] - low[k]) if mixed > _MIXED * 2 * share * (1 - share) else 0.0
+    return float(high[k] - low[k]) if mixed > LIMITS.mixed_share * 2 * share * (1 - share) else 0.0
 
 
 def layers_reason(apart_mm: float) -> str:

@@ -25,7 +25,7 @@ Flags = NDArray[np.bool_]
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 _MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch and the windows of the smoothing
 _FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
-_NEAR_MM = 10.0  # the places of listed holes are uncertain by this, as they come from a coarser map
+NEAR_MM = 10.0  # the places of listed holes are uncertain by this, as they come from a coarser map
 _NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells from their middles
 
 
@@ -62,7 +62,7 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     """
     listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
     heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
-    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, _NEAR_MM)]
+    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, NEAR_MM)]
     if found.foot.closed and not thick:
         return None
     rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)

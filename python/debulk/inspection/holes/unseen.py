@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from debulk import pocket
 from debulk.inspection.find.found import Found, FoundPocket
-from debulk.inspection.holes.pocket_holes import BRIDGE_MM, listed_hole
+from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.pocket import Dropped
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -21,8 +22,18 @@ if TYPE_CHECKING:
 
 __all__ = ["findings", "holes", "left_out", "open_rim", "single_points", "standing_mm"]
 
-_SPECK_POINTS = 8  # fewer than 3 by 3, as in the C++ core
-_NEAR_MM = 10.0  # from a hole to a foot or bump beside it: smoothed heights reach a little past what was seen
+
+@dataclass(frozen=True)
+class Limits:
+    """Of holes beside the recipe's limits; bench/trust/holes.py has holes over creases."""
+
+    speck_points: int = 8  # fewer than 3 by 3, as in the C++ core
+    # From a hole to a foot or bump beside it: smoothed heights reach a little past what was seen, and places of holes,
+    # which come from a coarser map, are uncertain by as much.
+    near_mm: float = NEAR_MM
+
+
+LIMITS = Limits()
 
 
 def standing_mm(recipe: Recipe) -> float:
@@ -90,7 +101,7 @@ def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_
     points = bump.measured_share * bump.area_mm2 / spacing_mm**2
     high = standing_mm(recipe)
     holes = [hole for hole in _holes_round(bump, unseen) if hole.outer_rim_height < high <= bump.peak_mm]
-    if bump.measured_share >= recipe.verdict.min_pocket_coverage or points > _SPECK_POINTS or not holes:
+    if bump.measured_share >= recipe.verdict.min_pocket_coverage or points > LIMITS.speck_points or not holes:
         return ""
     return ", in single points amid what was not seen"
 
@@ -108,7 +119,7 @@ def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
     holes = [
         hole.area
         for hole in found.unseen.holes
-        if (np.abs(bump.centroid_mm - hole.box.mean(axis=0)) < _reach(hole) + _NEAR_MM).all()
+        if (np.abs(bump.centroid_mm - hole.box.mean(axis=0)) < _reach(hole) + LIMITS.near_mm).all()
     ]
     return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 
@@ -162,7 +173,7 @@ def open_rim(found: FoundPocket) -> str:
     listed = [pair for pair in zip(found.unseen.holes, found.hidden, strict=True) if not pair[0].filled]
     nearest = min(listed, key=lambda pair: gap_mm(pair[0]), default=None)
     name = "a part of the ply that was not seen"
-    if nearest is not None and gap_mm(nearest[0]) < _NEAR_MM:
+    if nearest is not None and gap_mm(nearest[0]) < LIMITS.near_mm:
         name = _name(*nearest)
     return f"{name} borders on it: scan again"
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.raw_points import HIGHEST_MM
 from debulk.results.area import in_cm2
 
 __all__ = ["Beyond", "beyond_reason", "find_beyond"]
@@ -22,19 +23,10 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Whole = NDArray[np.int64]
 
-_OBJECT_MM = 25.0  # air lifts no ply so high: a clamp or a tool
-_BESIDE_MM = 16.0  # a piece that begins farther off the outline is no part of the ply
-# Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside it.
-_SPREAD, _SPREAD_MM = 0.5, 12.0
-
 
 @dataclass(frozen=True)
-class _Kind:
-    """One kind of evidence: which heights count, and how much of them is too much.
-
-    Of 30 right layups of both families none had more than 112 mm2 of the first kind, 64 mm2 of the second, and nothing
-    of the third.
-    """
+class Kind:
+    """One kind of evidence: which heights count, and how much of them is too much."""
 
     thicknesses: float  # least height above the reference
     from_mm: float  # distance outside the outline from which the area counts
@@ -43,12 +35,24 @@ class _Kind:
     median: float = 0.0  # thicknesses that half of the piece must reach
 
 
-_KINDS = (
-    _Kind(0.55, 8.0, 200.0, median=0.75),  # ply: more than the half of its height that the middle of its edge has
-    _Kind(3.0, 4.0, 110.0),  # a bump: more than a ply and the blur of its edge
+@dataclass(frozen=True)
+class Limits:
+    """Of what lies outside the outline; bench/trust/outlines.py has outlines that leave a part of the ply out.
+
+    Of 30 right layups of both families none had more than 112 mm2 of ply, 64 mm2 of a bump, and any that crosses.
+    """
+
+    ply: Kind = Kind(0.55, 8.0, 200.0, median=0.75)  # more than the half of its height that its edge's middle has
+    bump: Kind = Kind(3.0, 4.0, 110.0)  # more than a ply and the blur of its edge
     # A bump that goes on across the outline; a camera that looks aslant sees the side of a lifted edge 3 mm outside.
-    _Kind(2.0, 4.0, 45.0, crosses=True),
-)
+    crossing: Kind = Kind(2.0, 4.0, 45.0, crosses=True)
+    begins_mm: float = 16.0  # a piece that begins farther off the outline is no part of the ply
+    # Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside.
+    spread_share: float = 0.5
+    spread_mm: float = 12.0
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -91,12 +95,12 @@ def find_beyond(
     off = outline.offsets_mm
     cell_mm2 = outline.step_mm * float(off[1] - off[0])
     height = values - raised_mm
-    inside = np.nan_to_num(height[:, (off < 0) & (off > -_SPREAD_MM)]).max(axis=1, initial=0.0)
-    spread_mm = np.where(off > 0, _SPREAD * inside[:, None], -np.inf)
+    inside = np.nan_to_num(height[:, (off < 0) & (off > -LIMITS.spread_mm)]).max(axis=1, initial=0.0)
+    spread_mm = np.where(off > 0, LIMITS.spread_share * inside[:, None], -np.inf)
     pieces = []
     with np.errstate(invalid="ignore"):  # NaN compares as False: what is not known is not counted
-        for kind in (_seen_from(kind, spacing_mm) for kind in _KINDS):
-            up = (height > np.maximum(kind.thicknesses * thickness_mm, spread_mm)) & (height < _OBJECT_MM)
+        for kind in (_seen_from(kind, spacing_mm) for kind in (LIMITS.ply, LIMITS.bump, LIMITS.crossing)):
+            up = (height > np.maximum(kind.thicknesses * thickness_mm, spread_mm)) & (height < HIGHEST_MM)
             level = kind.median * thickness_mm
             found = _pieces(up, off, kind, kind.least_mm2 / cell_mm2)
             pieces += [
@@ -110,7 +114,7 @@ def find_beyond(
     return Beyond((x, y), len(row) * cell_mm2, float(np.median(values[row, column])))
 
 
-def _seen_from(kind: _Kind, spacing_mm: float) -> _Kind:
+def _seen_from(kind: Kind, spacing_mm: float) -> Kind:
     """Return a kind of evidence as a map of this spacing can show it."""
     from_mm, least_mm2 = max(kind.from_mm, 2 * spacing_mm), max(kind.least_mm2, 9 * spacing_mm**2)
     return replace(kind, from_mm=from_mm, least_mm2=least_mm2)
@@ -138,7 +142,7 @@ def beyond_reason(found: Beyond) -> str:
     )
 
 
-def _pieces(up: Bools, off: Floats, kind: _Kind, least: float) -> list[tuple[Whole, Whole]]:
+def _pieces(up: Bools, off: Floats, kind: Kind, least: float) -> list[tuple[Whole, Whole]]:
     """Return places and strips of the part outside of each piece with at least so many cells there."""
     marks = up & (off > (off[0] if kind.crosses else kind.from_mm))
     if np.count_nonzero(marks & (off > kind.from_mm)) < least:
@@ -151,7 +155,7 @@ def _pieces(up: Bools, off: Floats, kind: _Kind, least: float) -> list[tuple[Who
     for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= least) + 1:
         row, column = np.nonzero(labels == label)
         begins = off[column].min()
-        if begins > (0.0 if kind.crosses else _BESIDE_MM):
+        if begins > (0.0 if kind.crosses else LIMITS.begins_mm):
             continue
         outside = np.unique(np.stack([row % number, column], axis=1)[off[column] > kind.from_mm], axis=0)
         if len(outside) >= least:

@@ -8,17 +8,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.clouds.products import product
+from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.results.level import Level
 
 __all__ = ["Deviation", "departure", "deviation", "level_of"]
 
 Floats = NDArray[np.float64]
-_NORMAL = 1.4826  # standard deviation of normally distributed values over the median of their absolute deviations
 _BISQUARE = 4.685  # constant of Tukey's weights: 95 % efficient for normally distributed values
-_LEAST_SIGMA_MM = 0.005
 _ROUNDS = 8
-_STANDARD_ERRORS = 2.0  # standard errors
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the level beside those in the recipe; bench/trust/offsets.py moves scans, trust.py has all other mistakes."""
+
+    least_squares: int = 6  # as many as a paraboloid has coefficients
+    least_mm: float = 0.005  # smaller deviations count as none
+    worth_share: float = 0.5  # of the tolerance: a smaller offset is not removed
+    ply_share: float = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
+    same_share: float = 0.5  # of the points on the ply: if more are the reference's, bit for bit, it is the reference
+    bare_share: float = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
+    loose_share: float = 0.2  # of the ply between the pockets: most that may be loose borders and low bumps
+    low_share: float = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose
+    explained_share: float = 0.25  # of the wrong squares: what leaves no more of them wrong explains the deviation
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +74,7 @@ class Deviation:
         paraboloid is off by more than the tolerance there. The paraboloid shows a motion or a bend of the scan that is
         lost in the noise of single squares.
         """
-        beyond = np.abs(self.residual_mm) > tol_mm + _STANDARD_ERRORS * self.error_mm
+        beyond = np.abs(self.residual_mm) > tol_mm + medians.SURE * self.error_mm
         smooth = np.abs(self.fits_mm[2]) > tol_mm
         sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
         return np.asarray(sign, dtype=np.int64)
@@ -79,7 +95,7 @@ class Deviation:
 
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
         """Return the shares of the squares that lie too low and too high after subtracting the fit of that order."""
-        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + _STANDARD_ERRORS * self.error_mm
+        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + medians.SURE * self.error_mm
         return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
 
 
@@ -112,13 +128,13 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
     """Convert the figures into the form of the report."""
     residual = found.residual_mm
     median = float(np.median(residual))
-    sigma = _NORMAL * float(np.median(np.abs(residual - found.fits_mm[2])))
+    sigma = medians.OF_MEDIAN * float(np.median(np.abs(residual - found.fits_mm[2])))
     off = found.off(tol_mm)
     gx, gy = found.slope
     return Level(
         thickness_mm=thickness_mm,
         laid_mm=thickness_mm + median,
-        uncertainty_mm=1.2533 * sigma / float(np.sqrt(len(residual))),
+        uncertainty_mm=medians.ERROR * sigma / float(np.sqrt(len(residual))),
         low_share=float(np.mean(off < 0)),
         high_share=float(np.mean(off > 0)),
         offset_mm=found.middle_mm,
@@ -150,7 +166,7 @@ def _robust(terms: Floats, values: Floats) -> Floats:
     left = values - factors[0]
     # The first rounds use weights that fall slowly with the distance, the later ones weights that drop far outliers.
     for k in range(_ROUNDS):
-        sigma = max(_NORMAL * float(np.median(np.abs(left))), _LEAST_SIGMA_MM)
+        sigma = max(medians.OF_MEDIAN * float(np.median(np.abs(left))), LIMITS.least_mm)
         if k < _ROUNDS // 2:
             weights = 1 / np.maximum(np.abs(left), sigma)
         else:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk.inspection.evidence.edge_check import EdgeFit
-from debulk.inspection.place.level import Deviation
+from debulk.inspection.place.level import LIMITS, Deviation
 from debulk.inspection.place.level_step import Step, step_of
 from debulk.recipe import options
 from debulk.results.finding import Reason
@@ -16,10 +16,7 @@ from debulk.results.level import Level
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["edge_reason", "level_reason", "same_reason", "swapped_reason"]
-
-_ROUNDS_TO_NOTHING_MM = 0.005
-_EXPLAINED = 0.25  # of the wrong squares: a fit that leaves no more of them wrong than this explains the deviation
+__all__ = ["edge_reason", "level_reason", "same_reason"]
 
 
 def same_reason(share: float) -> str:
@@ -28,15 +25,6 @@ def same_reason(share: float) -> str:
         f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; give the scan of the "
         "draped ply and the reference from before it was draped, with all the digits that the scanner gave"
     )
-
-
-def swapped_reason(hanging_mm2: float, cut_height_mm: float) -> Reason:
-    """Say that parts of the scan lie below the reference where pockets should stand above it."""
-    what = (
-        f"scan and reference look swapped: {hanging_mm2 / 100:.0f} cm² of the scan hang more than {cut_height_mm:g} mm "
-        "below the reference"
-    )
-    return _asking(what, "; ", "swap scan and reference, or check the pose: z is to point up, away from the mold")
 
 
 def edge_reason(fit: EdgeFit) -> str:
@@ -82,15 +70,15 @@ def level_reason(
     if bare and sum(found.left(tol, 0)) <= share:
         return Reason(
             f"no ply is seen: the scan stands {_off_reference(level)} everywhere, a ply by its thickness of "
-            f"{level.thickness_mm:g} mm; the mold is empty, the reference was taken with the ply on it, "
-            f"or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low",
+            f"{level.thickness_mm:g} mm; the mold is empty, the reference was taken "
+            f"with the ply on it, or the scan lies {level.thickness_mm - level.laid_mm:.2f} mm too low",
             "look whether the ply is on the mold, and give the reference from before it was draped",
         )
-    enough = max(share, _EXPLAINED * wrong)
+    enough = max(share, LIMITS.explained_share * wrong)
     left = [found.left(tol, k) for k in range(3)]
     # A fit of negligible size explains nothing, even if little is left after subtracting it.
     sizes = zip((abs(median), float(np.ptp(found.fits_mm[1])), level.bow_mm), (0.5, 1.0, 0.5), strict=True)
-    counts = [size_mm > max(share_of_tol * tol, _ROUNDS_TO_NOTHING_MM) for size_mm, share_of_tol in sizes]
+    counts = [size_mm > max(share_of_tol * tol, LIMITS.least_mm) for size_mm, share_of_tol in sizes]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
     step = step_of(found, 2 if order is None else max(1, order))
@@ -129,6 +117,8 @@ def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[
     lies = f"lies {abs(offset):.2f} mm too {'high' if offset > 0 else 'low'}"
     if order == 0:
         checks = "check the pose, the thickness in the recipe, and whether the reference is of this layup"
+        if abs(level.laid_mm + level.thickness_mm) <= tol_mm:
+            return f"the scan {lies} everywhere, or scan and reference are swapped", f"swap them, or {checks}"
         return f"the scan {lies} everywhere", checks
     also = f" and {lies}" if abs(offset) > tol_mm else ""
     if order == 1:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
+from debulk.inspection.evidence.ply_zones import LEAST_POINTS
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.windows import grown
 from debulk.inspection.reference.prepared import Prepared
@@ -22,10 +23,19 @@ if TYPE_CHECKING:
 
 __all__ = ["BelowEdge", "parted"]
 
-_SQUARE_MM = 40.0
-_LEAST_POINTS = 9  # that a square needs to be judged
-_MARGIN_MM = 8.0  # so near to the edge a scan may have points between both levels, and show the ply from the side, too
-_CLIFF_MM = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
+
+@dataclass(frozen=True)
+class Limits:
+    """Of what stands below a cliff of the reference; `tests/python/inspection/test_cliffs.py` has such molds."""
+
+    square_mm: float = 40.0  # side of the squares whose medians are looked at
+    # So near to the edge a scan may have points between both levels, and show the ply from the side, too.
+    margin_mm: float = 8.0
+    cliff_mm: float = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
+    high_thicknesses: float = 0.5  # what stands so high above the table may be a ply
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +60,20 @@ class BelowEdge:
         """Say that a ply, or something else, lies there; None if the scan does not stand above the reference there."""
         above = sample.points_mm[:, 2] - self.heights.at(sample.points_mm[:, :2])
         known = np.flatnonzero(np.isfinite(above))
-        square = np.floor(sample.points_mm[known, :2] / _SQUARE_MM).astype(np.int64)
+        square = np.floor(sample.points_mm[known, :2] / LIMITS.square_mm).astype(np.int64)
         places, which, counts = np.unique(square, axis=0, return_inverse=True, return_counts=True)
         order = np.lexsort((above[known], which.ravel()))
         first = np.cumsum(counts) - counts
         medians = above[known][order][first + counts // 2] if len(known) else np.zeros(0)
-        stands = (counts >= _LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
+        stands = (counts >= LEAST_POINTS) & (medians > LIMITS.high_thicknesses * self.laid_mm)
         if not stands.any():
             return None
-        x, y = ((places[stands][0] + 0.5) * _SQUARE_MM).tolist()
+        x, y = ((places[stands][0] + 0.5) * LIMITS.square_mm).tolist()
         reason = (
             "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
             f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
-            f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, --outline)"
+            f"{LIMITS.square_mm:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, "
+            "--outline)"
         )
         return Finding("mold_edge", Verdict.INVALID, reason, place_mm=(x, y))
 
@@ -72,8 +83,8 @@ class BelowEdge:
             what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
             "the table",
-            bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm above the reference; a ply "
-            f"that hangs over the edge is judged up to {_MARGIN_MM:g} mm from the edge only",
+            bound=f"no square of {LIMITS.square_mm:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
+            f"above the reference; a ply that hangs over the edge is judged up to {LIMITS.margin_mm:g} mm from it only",
         )
 
 
@@ -85,7 +96,7 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | No
         return prepared, None
     above = marks.view(np.bool_)
     known = np.isfinite(seen.values)
-    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (_CLIFF_MM, _MARGIN_MM))
+    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, LIMITS.margin_mm))
     beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
     below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
     share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
+from debulk.inspection.clouds import repeated_pixels
 from debulk.inspection.clouds.offset import raised
-from debulk.inspection.clouds.repeated_pixels import REPEATED, repeated_reason, repeated_share
+from debulk.inspection.clouds.repeated_pixels import repeated_reason, repeated_share
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.clouds.unit import unit_reason, width_of
+from debulk.inspection.evidence import edge_check
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
@@ -22,8 +24,8 @@ from debulk.inspection.find.found import Found
 from debulk.inspection.place import plateaus
 from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
 from debulk.inspection.place.few_squares import few_squares_reason
-from debulk.inspection.place.level import Deviation, departure, deviation, level_of
-from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason, swapped_reason
+from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
+from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason
 from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
@@ -36,16 +38,6 @@ from debulk.verdict import Verdict
 __all__ = ["Placed", "Placing"]
 
 Floats = NDArray[np.float64]
-# Share of the points on the ply. Two scans, one without the ply and one with it, agree bit for bit in hardly any point.
-_SAME_SHARE = 0.5
-_LEAST_BLOCKS = 6  # squares: as many as a paraboloid has coefficients
-_WORTH = 0.5  # of the tolerance: a smaller offset changes nothing
-_PLY_SHARE = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
-_BARE_SHARE = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
-_LOOSE_SHARE = 0.2  # of the ply between the pockets: the largest share that may be loose borders and low bumps
-_LOW_SHARE = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose
-_HANGING = 3.0  # times the area above the cut: if more hangs as far below, scan and reference look swapped
-_FAR_ROW = 3  # stretches, 120 mm: of 305 right layups, one had a single stretch that far off, and none had two
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +121,7 @@ class Placing:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
         on = self.zones.inside(sample)
         same = self._same_share(sample, on)
-        limit = _SAME_SHARE if self.outline is not None else _BARE_SHARE
+        limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
         if same > limit:
             return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
         unit = unit_reason(sample.points_mm, self._wide_mm)
@@ -138,9 +130,11 @@ class Placing:
         if sample.apart_mm > 0:
             reason = layers_reason(sample.apart_mm)
             return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
-        if sample.repeated > REPEATED:
+        if sample.repeated > repeated_pixels.LIMITS.share:
             reason = repeated_reason(sample.repeated, image=sample.image)
-            return Placed(None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, REPEATED))
+            return Placed(
+                None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, repeated_pixels.LIMITS.share)
+            )
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
@@ -148,7 +142,7 @@ class Placing:
             return Placed(None, self._steep)
         blocks = self._blocks(sample, on, ())
         off = departure(blocks, self._thickness_mm, self._least_mm)
-        if len(off) < _LEAST_BLOCKS or np.mean(np.abs(off) > self._tol_mm) <= _PLY_SHARE:
+        if len(off) < LIMITS.least_squares or np.mean(np.abs(off) > self._tol_mm) <= LIMITS.ply_share:
             return None
         placed = self._judge(sample, ())
         return placed if placed.finding else None
@@ -186,7 +180,7 @@ class Placing:
         strips = self.outline.strips(heights)
         fit = self.outline.fit(strips, self._thickness_mm, recipe.segmentation.cut_height_mm)
         most = recipe.level.largest_edge_share
-        if fit.judged and (fit.off_share > most or fit.far_row >= _FAR_ROW):
+        if fit.judged and (fit.off_share > most or fit.far_row >= edge_check.LIMITS.far_stretches):
             x, y = float(fit.at_mm[0]), float(fit.at_mm[1])
             finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
             return replace(placed, finding=finding)
@@ -213,8 +207,8 @@ class Placing:
             return 0.0
         on = self.zones.inside(sample)
         off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
-        median = float(np.median(off)) if len(off) >= _LEAST_BLOCKS else 0.0
-        return median if _WORTH * self._tol_mm < abs(median) <= most else 0.0
+        median = float(np.median(off)) if len(off) >= LIMITS.least_squares else 0.0
+        return median if LIMITS.worth_share * self._tol_mm < abs(median) <= most else 0.0
 
     def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
@@ -222,30 +216,23 @@ class Placing:
         if self.outline is None:
             above_mm = sample.height_mm - self._setup.prepared.bare_mm(sample.points_mm[:, :2])
             bare = np.abs(above_mm) <= self._tol_mm
-            if np.count_nonzero(bare & used) < _BARE_SHARE * np.count_nonzero(used):
+            if np.count_nonzero(bare & used) < LIMITS.bare_share * np.count_nonzero(used):
                 used &= ~bare
         return self.zones.blocks(sample, on, used)
 
     def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
         recipe, zones = self._recipe, self.zones
-        thickness, cut = self._thickness_mm, recipe.segmentation.cut_height_mm
         on = zones.inside(sample)
-        count = max(1, int(np.count_nonzero(on)))
-        standing = float(np.count_nonzero(sample.height_mm[on] > cut)) / count * zones.area_mm2
-        hanging = float(np.count_nonzero(sample.height_mm[on] < -cut)) / count * zones.area_mm2
         blocks = self._blocks(sample, on, outlines)
-        if len(blocks.height_mm) < _LEAST_BLOCKS:
+        if len(blocks.height_mm) < LIMITS.least_squares:
             outlined = self.outline is not None
             share = blocks.ply_share
-            reason = few_squares_reason(zones, sample, on, least=_LEAST_BLOCKS, share=share, outlined=outlined)
+            reason = few_squares_reason(zones, sample, on, least=LIMITS.least_squares, share=share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
-        found = deviation(blocks, thickness, self._least_mm)
-        level = level_of(found, blocks, thickness, self._tol_mm, sample.removed_mm)
+        found = deviation(blocks, self._thickness_mm, self._least_mm)
+        level = level_of(found, blocks, self._thickness_mm, self._tol_mm, sample.removed_mm)
         loose = self._loose_share(found)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
-        swapped = hanging > max(recipe.segmentation.area_tol_mm2, _HANGING * standing) and level.laid_mm < 0
-        if doubt and swapped and level.laid_mm > -cut:
-            doubt = swapped_reason(hanging, cut)
         needed = level.low_share + level.high_share > recipe.level.largest_share
         if not doubt:
             return Placed(replace(level, loose_share=loose) if needed else level)
@@ -262,9 +249,9 @@ class Placing:
         """
         tol = self._tol_mm
         off = found.off(tol)
-        if np.mean(off < 0) > _LOW_SHARE:
+        if np.mean(off < 0) > LIMITS.low_share:
             return 0.0
         loose = np.flatnonzero(off > 0)
         share = len(loose) / len(off)
         level = float(np.max(np.abs(found.fits_mm))) <= tol or found.level_without(loose, tol)
-        return share if level and share <= _LOOSE_SHARE else 0.0
+        return share if level and share <= LIMITS.loose_share else 0.0

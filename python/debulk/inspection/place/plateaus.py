@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection.running.stopping import heed
+from debulk.recipe import options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.surface import Reference
@@ -32,24 +33,33 @@ __all__ = ["Plateau", "find", "findings"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_OFF = 0.55  # thicknesses off the ply's level: just beyond the half that the middle of a plateau's edge reaches
-_LARGEST_MM2 = 200.0  # a plateau larger than this is looked for even if the smallest pocket of the recipe is larger
-_CELL_MM = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
-_QUARTERS = (0.25, 0.75)  # shares of a plateau's height between which the width of its edge is measured
-_ROUND_MM = 6.0  # distance from the rim within which the edge is measured
-_SHARP_MM = 3.5  # greatest width of the edge from one quarter to the other; a step has two cells of the map at most
-_SLENDER = 0.12  # greatest ratio of that width to the width of the plateau; a bell has 0.33
-_FLAT, _LEAST_FLAT = 0.25, 0.68  # share of its height by which a cell may be off it; least share of cells within that
-_LEAST_RIM, _LEAST_RIM_MM = 0.2, 12.0  # least share and length of a plateau's rim that must lie inside the ply
-# An even part: greatest difference between neighbours over its height, and its least area without the rim over that of
-# the smallest plateau.
-_EVEN, _LEAST_EVEN = 0.3, 0.4
-# The step down round an even part: within so many cells, by this share of its height, along this share of its rim.
-_STEP_CELLS, _STEP, _STEPPED = 2, 0.6, 0.7
-_LEAST_WIDE = 6.0  # cells: least width of an even part, for the top of a narrow wrinkle is even, too
+
+@dataclass(frozen=True)
+class Limits:
+    """Of flat places with a sharp edge; bench/trust/trust.py has torn and folded plies, and things on them."""
+
+    off_thicknesses: float = 0.55  # off the ply's level: just beyond the half that the middle of an edge reaches
+    cell_mm: float = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
+    quarters: tuple[float, float] = (0.25, 0.75)  # shares of its height between which the width of its edge is measured
+    rim_mm: float = 6.0  # distance from the rim within which the edge is measured
+    edge_mm: float = 3.5  # greatest width of the edge, between these quarters; a step has two cells of the map at most
+    edge_share: float = 0.12  # greatest ratio of that width to the width of the plateau; a bell has 0.33
+    flat_share: float = 0.25  # of its height: by less a cell that counts as flat is off it
+    least_flat_share: float = 0.68  # of its cells
+    least_rim_share: float = 0.2  # of its rim that must lie inside the ply
+    least_rim_mm: float = 12.0  # length of the same
+    even_share: float = 0.3  # of its height: greatest difference between neighbours in an even part
+    least_even_share: float = 0.4  # least area of an even part without its rim, over that of the smallest plateau
+    step_cells: int = 2  # within which an even part goes down
+    step_share: float = 0.6  # of its height by which it goes down
+    stepped_share: float = 0.7  # of its rim along which it does
+    least_wide_cells: float = 6.0  # of an even part: the top of a narrow wrinkle is even, too
+    smooth_share: float = 0.5  # of its height: none if the reference steps the other way by more, or misses more
+    reach_mm: tuple[float, float] = (6.0, 14.0)  # on each side of the edge: where the reference's slope is read
+
+
+LIMITS = Limits()
 _BESIDE = np.ones((3, 3), np.uint8)
-_SMOOTH = 0.5  # of its height: no plateau if the reference steps the other way by more, or misses more of the mold
-_REACH_MM = (6.0, 14.0)  # distances on each side of the edge between which the reference's slope is read
 
 
 @dataclass(frozen=True)
@@ -124,13 +134,13 @@ def find(
         Whether the ply's outline is known. Without it, a place without a ply may lie beside the ply, and only raised
         plateaus are looked for.
     """
-    every = max(1, int(_CELL_MM / heights.spacing_mm))
+    every = max(1, int(LIMITS.cell_mm / heights.spacing_mm))
     heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
     rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
-    off = np.abs(rise) > _OFF * thickness
-    least_mm2 = min(recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
+    off = np.abs(rise) > LIMITS.off_thicknesses * thickness
+    least_mm2 = options.looked_for_mm2(recipe)
     if np.count_nonzero(off) * cell**2 < least_mm2:
         return ()
     out = []
@@ -142,7 +152,7 @@ def find(
         for label in large:
             heed(stop, "the search for plateaus")
             left, top, wide, high = (int(stats[label, k]) for k in range(4))
-            around = round(_ROUND_MM / cell) + 1
+            around = round(LIMITS.rim_mm / cell) + 1
             rows = slice(max(0, top - around), top + high + around)
             columns = slice(max(0, left - around), left + wide + around)
             own, seen = labels[rows, columns] == label, on[rows, columns]
@@ -152,11 +162,11 @@ def find(
                     continue
                 row, column = np.nonzero(piece)
                 xy = origin + cell * np.stack([column, row], axis=1)
-                if sign * _of_reference(prepared.reference, piece, origin, cell) < -_SMOOTH * height_mm:
+                if sign * _of_reference(prepared.reference, piece, origin, cell) < -LIMITS.smooth_share * height_mm:
                     continue
                 missed = prepared.missed_mm(xy)
                 known = missed[np.isfinite(missed)]
-                if len(known) and sign * float(np.median(known)) > _SMOOTH * height_mm:
+                if len(known) and sign * float(np.median(known)) > LIMITS.smooth_share * height_mm:
                     continue
                 x, y = xy.mean(axis=0).tolist()
                 out.append(Plateau((x, y), len(row) * cell**2, sign * height_mm))
@@ -174,10 +184,10 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
         yield own, _height(rise, own, known, cell)
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
-    even = (own & (uneven < _EVEN * rise)).astype(np.uint8)
+    even = (own & (uneven < LIMITS.even_share * rise)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
     for label in range(1, count):
-        if stats[label, cv2.CC_STAT_AREA] * cell**2 < _LEAST_EVEN * least_mm2:
+        if stats[label, cv2.CC_STAT_AREA] * cell**2 < LIMITS.least_even_share * least_mm2:
             continue
         part = own & _near(labels == label, 1)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
@@ -185,30 +195,30 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
 
 
 def _is_flat(rise: Floats, level: float) -> bool:
-    return bool(np.mean(np.abs(rise - level) < _FLAT * level) >= _LEAST_FLAT)
+    return bool(np.mean(np.abs(rise - level) < LIMITS.flat_share * level) >= LIMITS.least_flat_share)
 
 
 def _step(rise: Floats, part: Bools, known: Bools) -> float:
     """Return the height of a part that goes down sharply nearly all round, to whatever level; 0: it does not."""
     level = float(np.median(rise[part]))
-    down = rise - cv2.erode(rise, _BESIDE, iterations=_STEP_CELLS) > _STEP * level
+    down = rise - cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells) > LIMITS.step_share * level
     steps, length = np.count_nonzero(_rim_inside(part, known) & down), np.count_nonzero(_rim(part))
     wide = 4 * np.count_nonzero(part) / length
-    return level if wide >= _LEAST_WIDE and steps >= _STEPPED * length else 0.0
+    return level if wide >= LIMITS.least_wide_cells and steps >= LIMITS.stepped_share * length else 0.0
 
 
 def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
     """Return the height of a flat place that goes down sharply where the ply runs on; 0: it goes down gradually."""
     level = float(np.median(rise[own]))
     all_rim, rim = _rim(own), _rim_inside(own, known)
-    edge = _near(rim, max(1, round(_ROUND_MM / cell))) & known
-    low, high = (int(np.count_nonzero(edge & (rise > share * level))) for share in _QUARTERS)
+    edge = _near(rim, max(1, round(LIMITS.rim_mm / cell))) & known
+    low, high = (int(np.count_nonzero(edge & (rise > share * level))) for share in LIMITS.quarters)
     length = int(np.count_nonzero(rim))
-    if length < max(_LEAST_RIM * np.count_nonzero(all_rim), _LEAST_RIM_MM / cell):
+    if length < max(LIMITS.least_rim_share * np.count_nonzero(all_rim), LIMITS.least_rim_mm / cell):
         return 0.0
     edge_mm = (low - high) / length * cell
     wide_mm = 4 * int(np.count_nonzero(own)) / int(np.count_nonzero(all_rim)) * cell
-    return level if edge_mm < min(_SHARP_MM, _SLENDER * wide_mm) else 0.0
+    return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0
 
 
 def _near(marks: Bools, cells: int) -> Bools:
@@ -238,7 +248,7 @@ def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float)
     outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 1e-12)
     row, column = np.nonzero(rim)
     at = origin + cell * np.stack([column, row], axis=1)
-    near, far = _REACH_MM
+    near, far = LIMITS.reach_mm
     places = np.stack([at + way * outwards for way in (-far, -near, near, far)])
     low, high = reference.box_mm
     inside = ((places >= low) & (places <= high)).all(axis=(0, 2))

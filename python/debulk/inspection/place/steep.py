@@ -7,6 +7,8 @@ slopes up to 66 degrees and rays up to 70; beyond 70, scan and reference have ga
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +22,18 @@ from debulk.verdict import Verdict
 __all__ = ["too_steep"]
 
 Floats = NDArray[np.float64]
-_SLOPE_DEG, _RAY_DEG = 65.0, 70.0  # largest angles of the mold's normal to z, and to the ray that sees it
-_LEAST_MM2 = 200.0  # of the mold's surface in one piece: an edge of a mold, or of the plies below, is no flank
-_CELL_MM = 4.0  # as far apart as the nodes of the reference
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of a mold below the ply; bench/trust/steep.py has spars up to the slopes at which plies were judged right."""
+
+    slope_deg: float = 65.0  # largest angle of the mold's normal to z
+    ray_deg: float = 70.0  # largest angle of the mold's normal to the ray that sees it
+    least_mm2: float = 200.0  # of the mold's surface in one piece: an edge of a mold, or of plies below, is no flank
+
+
+LIMITS = Limits()
 
 
 def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats | None) -> Finding | None:
@@ -38,8 +49,9 @@ def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats
         (4, 4), x_mold = T x_scanner; None: both frames are the same.
     """
     low, high = prepared.reference.box_mm
+    cell_mm = prepared.reference.spacing_mm
     low, high = np.maximum(low, ply_outline.min(axis=0)), np.minimum(high, ply_outline.max(axis=0))
-    x, y = (np.arange(a, b, _CELL_MM) for a, b in zip(low, high, strict=True))
+    x, y = (np.arange(a, b, cell_mm) for a, b in zip(low, high, strict=True))
     xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     slope = prepared.reference.gradient(xy)
     upright = np.sqrt(1 + (slope**2).sum(axis=1))
@@ -49,17 +61,17 @@ def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats
         ray = eye - np.column_stack([xy, prepared.reference.height(xy)])
         facing = ray[:, 2] - (slope * ray[:, :2]).sum(axis=1)
         to_ray = _degrees(facing / upright / np.linalg.norm(ray, axis=1))
-    beyond = np.maximum(to_z - _SLOPE_DEG, to_ray - _RAY_DEG)
+    beyond = np.maximum(to_z - LIMITS.slope_deg, to_ray - LIMITS.ray_deg)
     steep = (beyond > 0) & pocket.inside(ply_outline, xy)
     _, labels = cv2.connectedComponents(steep.reshape(len(y), len(x)).astype(np.uint8), connectivity=8)
-    area_mm2 = np.bincount(labels.ravel(), np.where(steep, upright, 0.0)) * _CELL_MM**2
+    area_mm2 = np.bincount(labels.ravel(), np.where(steep, upright, 0.0)) * cell_mm**2
     largest = int(np.argmax(area_mm2))
-    if area_mm2[largest] < _LEAST_MM2:
+    if area_mm2[largest] < LIMITS.least_mm2:
         return None
     piece = np.flatnonzero(labels.ravel() == largest)
     worst = piece[np.argmax(beyond[piece])]
-    by_slope = to_z[worst] - _SLOPE_DEG >= to_ray[worst] - _RAY_DEG
-    degrees, limit, what = (to_z, _SLOPE_DEG, "z") if by_slope else (to_ray, _RAY_DEG, "the scanner's rays")
+    by_slope = to_z[worst] - LIMITS.slope_deg >= to_ray[worst] - LIMITS.ray_deg
+    degrees, limit, what = (to_z, LIMITS.slope_deg, "z") if by_slope else (to_ray, LIMITS.ray_deg, "the scanner's rays")
     at_x, at_y = xy[worst].tolist()
     reason = (
         f"the mold is too steep below the ply: over {in_cm2(area_mm2[largest])} round ({at_x:.0f}, {at_y:.0f}) mm its "

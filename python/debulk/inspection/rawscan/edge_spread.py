@@ -7,10 +7,13 @@ the edge in a window drops out, and so does noise, which contributes as much bes
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.clouds.products import product
+from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.reference.prepared import Prepared
@@ -21,20 +24,27 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Cloud = NDArray[np.float32]
 
-_WINDOWS = 64  # at most, evenly along the outline
-_HALF = 12  # pixels from a window's middle to its sides
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the spread of the ply's edge; bench/trust/smoothing.py has what scans and filters show."""
+
+    most_windows: int = 64  # evenly along the outline
+    least_windows: int = 16
+    half_pixels: int = 12  # from a window's middle to its sides
+    miss_pixels: float = 2.0  # by which the pixel in a window's middle may miss the outline
+    near_pixels: float = 6.0  # from the edge: within it the spread is measured
+    beside_pixels: float = 4.0  # from the edge: beyond it the levels are read
+    least_seen_share: float = 0.9  # of a window's pixels
+    least_points: int = 60  # in each part of a window, and for the first estimate
+    step_thicknesses: tuple[float, float] = (0.5, 1.6)  # along z: steps of such a height are the edge of this ply alone
+    off_thicknesses: float = 0.7  # by which the surface beside the ply may be off the reference
+    off_steps: float = 0.7  # above 1 or below 0 beyond which a point is not used
+
+
+LIMITS = Limits()
 _COARSE = (24, 32)  # rows and columns that give the first estimate of the image's place on the mold
 _NEWTON = 4  # steps from that estimate to the pixel that shows a place
-_MISS = 2.0  # pixels by which that pixel may miss the place
-_NEAR_PIXELS, _BESIDE_PIXELS = 6.0, 4.0  # from the edge: the spread is measured nearer, the levels farther off
-_SEEN = 0.9  # share of a window's pixels that must be seen
-_LEAST = 60  # points needed in each part of a window, and for the first estimate
-_STEP = (0.5, 1.6)  # thicknesses along z: steps of such a height are the edge of this ply alone
-_LEVEL = 0.7  # thicknesses by which the surface beside the ply may be off the reference
-_OUTLIER = 0.7  # steps above 1 or below 0 beyond which a point is not used
-_WINDOWS_NEEDED = 16
-_STANDARD_ERRORS = 2.0  # standard errors of the median over the windows
-_OF_QUARTILES = 1.2533 / 1.349  # a median's standard error over its root of n, per distance between the quartiles
 
 
 class EdgeSpread:
@@ -57,7 +67,9 @@ class EdgeSpread:
     ) -> None:
         self._prepared, self._thickness_mm = prepared, thickness_mm
         self._pose = mold_from_scanner
-        some = np.linspace(0, len(outline.places_mm), min(_WINDOWS, len(outline.places_mm)), endpoint=False).astype(int)
+        some = np.linspace(
+            0, len(outline.places_mm), min(LIMITS.most_windows, len(outline.places_mm)), endpoint=False
+        ).astype(int)
         self._places, self._normals = outline.places_mm[some], outline.normals[some]
 
     def least_mm(self, scan: Cloud, mask: Bools | None, threads: int) -> float:
@@ -72,12 +84,12 @@ class EdgeSpread:
         threads
             0 means as many as there are processors.
         """
-        if min(scan.shape[:2]) <= 2 * _HALF:
+        if min(scan.shape[:2]) <= 2 * LIMITS.half_pixels:
             return float("nan")
         pixels, kept = self._pixels_at(scan)
-        if len(kept) < _WINDOWS_NEEDED:
+        if len(kept) < LIMITS.least_windows:
             return float("nan")
-        around = np.arange(-_HALF, _HALF + 1)
+        around = np.arange(-LIMITS.half_pixels, LIMITS.half_pixels + 1)
         at = pixels[:, 0, None, None] + around[:, None], pixels[:, 1, None, None] + around
         points = scan[at].reshape(len(pixels), -1, 3)
         if mask is not None and mask.shape == scan.shape[:2]:
@@ -85,10 +97,12 @@ class EdgeSpread:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
             spreads = self._spreads(points, self._places[kept], self._normals[kept], threads)
         spreads = spreads[np.isfinite(spreads)]
-        if len(spreads) < _WINDOWS_NEEDED:
+        if len(spreads) < LIMITS.least_windows:
             return float("nan")
         low, middle, high = np.quantile(spreads, [0.25, 0.5, 0.75])
-        return float(middle - _STANDARD_ERRORS * _OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
+        return float(
+            middle - medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(spreads))
+        )
 
     def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
@@ -97,16 +111,16 @@ class EdgeSpread:
         image = np.stack([rows.ravel(), columns.ravel()], axis=1)
         mold = self._in_mold(scan[rows.ravel(), columns.ravel()])[:, :2]
         seen = np.isfinite(mold).all(axis=1)
-        if np.count_nonzero(seen) < _LEAST:
+        if np.count_nonzero(seen) < LIMITS.least_points:
             return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
         plane = np.column_stack([mold[seen], np.ones(np.count_nonzero(seen))])
         image_of = np.linalg.lstsq(plane, image[seen], rcond=None)[0]  # affine; the steps below correct the rest
         at = product(np.column_stack([self._places, np.ones(len(self._places))]), image_of)
         for _ in range(_NEWTON):
-            pixel = np.clip(np.rint(at), _HALF, most - _HALF).astype(np.int64)
+            pixel = np.clip(np.rint(at), LIMITS.half_pixels, most - LIMITS.half_pixels).astype(np.int64)
             off = product(self._places - self._in_mold(scan[pixel[:, 0], pixel[:, 1]])[:, :2], image_of[:2])
             at = np.asarray(pixel + np.where(np.isfinite(off), off, 0.0), dtype=np.float64)
-        kept = np.flatnonzero(np.hypot(*off.T) < _MISS)  # False where the distance is NaN
+        kept = np.flatnonzero(np.hypot(*off.T) < LIMITS.miss_pixels)  # False where the distance is NaN
         return pixel[kept], kept
 
     def _in_mold(self, points: Cloud) -> Floats:
@@ -116,14 +130,14 @@ class EdgeSpread:
     def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> Floats:
         """Return the sigma, mm, of each of the windows, (N, M, 3), that are seen; NaN: not the edge of this ply."""
         seen = np.asarray(np.isfinite(points).all(axis=2))
-        whole = np.flatnonzero(np.mean(seen, axis=1) >= _SEEN)
-        if len(whole) < _WINDOWS_NEEDED:
+        whole = np.flatnonzero(np.mean(seen, axis=1) >= LIMITS.least_seen_share)
+        if len(whole) < LIMITS.least_windows:
             return np.empty(0)
         points, seen = points[whole], seen[whole]
         sample = sample_of(points[seen], self._prepared, self._pose, threads)
         height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
         height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
-        pitch = np.sqrt(np.prod(np.nanmax(at, axis=1) - np.nanmin(at, axis=1), axis=1)) / (2 * _HALF)
+        pitch = np.sqrt(np.prod(np.nanmax(at, axis=1) - np.nanmin(at, axis=1), axis=1)) / (2 * LIMITS.half_pixels)
         outwards = np.einsum("nmk,nk->nm", at - places[whole][:, None], normals[whole])
         return np.asarray(_sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch)
 
@@ -143,19 +157,23 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     for _ in range(2):  # the levels determine where the edge is, and the edge where the levels are read
         on_ply = height > 0.5 * (high + low)
         edge = _quantile(out, known, np.sum(on_ply, axis=1, keepdims=True) / np.maximum(_count(known), 1))
-        inner, outer = known & (out - edge < -_BESIDE_PIXELS), known & (out - edge > _BESIDE_PIXELS)
+        inner, outer = known & (out - edge < -LIMITS.beside_pixels), known & (out - edge > LIMITS.beside_pixels)
         high, low = _quantile(height, inner, 0.5), _quantile(height, outer, 0.5)
     share = (height - low) / (high - low)
-    near = np.abs(out - edge) < _NEAR_PIXELS
-    used = known & (np.abs(share - 0.5) < 0.5 + _OUTLIER)
+    near = np.abs(out - edge) < LIMITS.near_pixels
+    used = known & (np.abs(share - 0.5) < 0.5 + LIMITS.off_steps)
     varies = np.where(used, share * (1 - share), 0.0)
     at_edge, of_noise = (
         np.sum(varies * where, axis=1, keepdims=True) / np.maximum(_count(used & where), 1) for where in (near, ~near)
     )
-    good = (high - low > _STEP[0]) & (high - low < _STEP[1]) & (np.abs(low) < _LEVEL)
+    good = (
+        (high - low > LIMITS.step_thicknesses[0])
+        & (high - low < LIMITS.step_thicknesses[1])
+        & (np.abs(low) < LIMITS.off_thicknesses)
+    )
     for where in (inner, outer, used & near, used & ~near):
-        good = good & (_count(where) >= _LEAST)
-    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * _NEAR_PIXELS * (at_edge - of_noise), np.nan))
+        good = good & (_count(where) >= LIMITS.least_points)
+    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * LIMITS.near_pixels * (at_edge - of_noise), np.nan))
 
 
 def _count(marks: Bools) -> NDArray[np.int64]:

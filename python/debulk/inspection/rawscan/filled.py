@@ -24,6 +24,7 @@ from debulk.inspection.evidence.smooth_patches import (
 )
 from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
+from debulk.recipe import options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -38,14 +39,24 @@ if TYPE_CHECKING:
 __all__ = ["Filled", "FilledSearch", "Patch"]
 
 Floats = NDArray[np.float64]
-_LARGEST_MM2 = 200.0  # a patch of this area is reported, even if the recipe's smallest pocket is larger
-_LEAST_SQUARES = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
-_SEEN_PIXELS = 20  # a patch this wide is found on nearly any surface: a smaller one holds too few whole squares
-_NOTED = 1.5  # widths of the smallest wanted patch: that narrower ones can be missed is not worth a line in each report
-_SEEN_LAID = 12  # the same for a list of points that was laid out, whose pixels are looked at one by one
-_RIM_PIXELS = 2  # by which their patches come out smaller
-_BESIDE_MM = 20.0  # round the ply: its edge shows how sharp the scan is
-_LOST = 0.3  # of a square's side: squares nearer to a patch's rim than this contain noise from outside it
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of patches that carry no noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
+
+    least_squares: int = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
+    # A patch this wide is found on nearly any surface: a smaller one holds too few whole squares. In a list of points
+    # that was laid out pixels are looked at one by one.
+    seen_pixels: int = 20
+    seen_laid_pixels: int = 12
+    noted_widths: float = 1.5  # of the smallest wanted patch: that narrower ones can be missed is not noted
+    rim_pixels: int = 2  # by which the patches of a list come out smaller
+    lost_share: float = 0.3  # of a square's side: squares nearer to a patch's rim contain noise from outside it
+    beside_mm: float = 20.0  # round the ply: its edge shows how sharp the scan is
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -126,7 +137,7 @@ class FilledSearch:
         self._setup, self._zones, self._threads = setup, zones, setup.recipe.run.threads
         self._up = setup.pose[2, :3]
         self._smoothed = SmoothedSearch(setup, outline)
-        self._least_mm2 = min(setup.recipe.segmentation.area_tol_mm2, _LARGEST_MM2)
+        self._least_mm2 = options.looked_for_mm2(setup.recipe)
 
     def find(
         self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
@@ -137,7 +148,7 @@ class FilledSearch:
         if scan.ndim == 3:
             image, on_ply = CloudImage(scan, scan, sample.pitch_mm), self.on_ply
         else:
-            box_mm = self._zones.box_mm + _BESIDE_MM * np.array([[-1.0], [1.0]])
+            box_mm = self._zones.box_mm + LIMITS.beside_mm * np.array([[-1.0], [1.0]])
             laid = laid_out(
                 scan,
                 self._setup.mold_from_scanner,
@@ -156,11 +167,11 @@ class FilledSearch:
             some = some_on_ply(image.heights, squares, on_ply)
             smoothed = self._smoothed.find(image, squares, some, mask)
             if scan.ndim == 2:
-                patches, unknown, across = *self._in_list(image, smoothed), _SEEN_LAID
+                patches, unknown, across = *self._in_list(image, smoothed), LIMITS.seen_laid_pixels
             else:
-                patches, unknown, across = *self._in_image(image, squares, some, mask, stop), _SEEN_PIXELS
+                patches, unknown, across = *self._in_image(image, squares, some, mask, stop), LIMITS.seen_pixels
         seen_mm = across * image.pitch_mm
-        if not unknown and seen_mm > _NOTED * wide_mm:
+        if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
         return Filled(large, unknown, smoothed)
@@ -191,13 +202,13 @@ class FilledSearch:
         quiet = found.squares
         if mask is not None and mask.shape == image.points.shape[:2]:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
-        pieces = [piece for piece in touching(quiet) if len(piece) >= _LEAST_SQUARES]
+        pieces = [piece for piece in touching(quiet) if len(piece) >= LIMITS.least_squares]
         return [self._patch(image, squares, piece) for piece in pieces], found.unknown
 
     def _patch(self, image: CloudImage, squares: Squares, piece: NDArray[np.int64]) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2
         of = self._of(image.points[row, column])
-        radius = np.sqrt(len(piece) / np.pi) * squares.step + _LOST * SIDE
+        radius = np.sqrt(len(piece) / np.pi) * squares.step + LIMITS.lost_share * SIDE
         x, y = of.points_mm[:, :2].mean(axis=0)
         return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
 
@@ -206,7 +217,7 @@ class FilledSearch:
         if smoothed.shared_mm:
             return [], ""
         quiet, unknown = quiet_pixels(image.heights[..., 2], image.step_mm)
-        own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * _RIM_PIXELS + 1,) * 2, np.uint8))
+        own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * LIMITS.rim_pixels + 1,) * 2, np.uint8))
         own[~np.isfinite(image.heights[..., 2])] = 0
         _, labels, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=4)
         large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * image.pitch_mm**2 >= self._least_mm2) + 1

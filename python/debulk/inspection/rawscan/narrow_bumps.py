@@ -23,13 +23,23 @@ from debulk.verdict import Verdict
 
 __all__ = ["NarrowBump", "bell_excess_mm", "critical", "findings", "left_out", "not_looked_for"]
 
-_SURELY_BELOW = 0.75  # of the limit: a lower estimate is surely below it, although pixels miss the top and the foot
-_PIXELS = 5.0  # narrowest foot searched for, in pixels (in mm if they are finer): in a narrower one too few stand up
-_MEASURED = 0.78  # least measured width of a foot over that of the narrowest; flying points side by side reach 0.75
-_STEEPEST = 2.0  # greatest height of a bump over the width of its foot: a ply cannot be steeper
+
+@dataclass(frozen=True)
+class Limits:
+    """Of bumps that the filters take for noise; `tests/python/inspection/test_narrow_bumps.py` has such bells."""
+
+    ridge_share: float = 0.75  # of the limit: a lower estimate is surely below it, although pixels miss top and foot
+    least_pixels: float = (
+        5.0  # narrowest foot searched for (mm if pixels are finer): in a narrower one too few stand up
+    )
+    measured_share: float = 0.78  # least measured width of a foot over that: flying points side by side reach 0.75
+    steepest: float = 2.0  # greatest height over the width of the foot: a ply cannot be steeper
+    longest_mm: float = 12.0  # at half the height: two of 46 good layups showed longer ones, which were not bumps
+
+
+LIMITS = Limits()
 _LOST_CELLS = 9.0  # bells up to so many grid cells wide at their foot vanish in the filters
 _BELL_MM = 2.0  # height of the bell that serves as an example in the reports
-_LONGEST_MM = 12.0  # at half the height: two of 46 good layups showed longer ones, which were not bumps
 
 
 @dataclass(frozen=True)
@@ -67,11 +77,11 @@ def critical(found: Sequence[Sequence[float]], pitch_mm: float, recipe: Recipe) 
     bumps = []
     for x, y, height_mm, width_mm, length_mm in found:
         foot_mm = 2 * width_mm  # a bell is half as wide at half its height
-        if foot_mm < _MEASURED * _narrowest_mm(pitch_mm) or height_mm > _STEEPEST * foot_mm:
+        if foot_mm < LIMITS.measured_share * _narrowest_mm(pitch_mm) or height_mm > LIMITS.steepest * foot_mm:
             continue
         excess_mm = bell_excess_mm(height_mm, foot_mm)
         ridge_mm = min(height_mm, _core.ridge.ridge_height_of_excess(excess_mm, thickness_mm))
-        if ridge_mm > _SURELY_BELOW * limit_mm and length_mm < _LONGEST_MM:
+        if ridge_mm > LIMITS.ridge_share * limit_mm and length_mm < LIMITS.longest_mm:
             bumps.append(NarrowBump((x, y), height_mm, width_mm, length_mm, excess_mm, ridge_mm))
     return tuple(bumps)
 
@@ -98,8 +108,8 @@ def _why_it_counts(ridge_mm: float, limit_mm: float) -> str:
     if ridge_mm >= limit_mm:
         return ""
     return (
-        f" by the pixels on it, which miss its top and foot; from {_SURELY_BELOW:g} of the limit of {limit_mm:.2f} mm "
-        "on it may be above it"
+        f" by the pixels on it, which miss its top and foot; from {LIMITS.ridge_share:g} of the limit of "
+        f"{limit_mm:.2f} mm on it may be above it"
     )
 
 
@@ -121,7 +131,7 @@ def left_out(bumps: Sequence[NarrowBump], pitch_mm: float) -> tuple[LeftOut, ...
     ]
     unseen = LeftOut(
         what=f"bumps narrower than {narrowest_mm:.2g} mm at their foot, and narrow ones beside a hole, or longer than "
-        f"{_LONGEST_MM:g} mm and too short for a wrinkle",
+        f"{LIMITS.longest_mm:g} mm and too short for a wrinkle",
         why=f"the pixels are {pitch_mm:.2g} mm apart, and what covers so few of them, or stands on no even ground, "
         "cannot be distinguished from a highlight",
         bound=f"none: a fibre over a bell {narrowest_mm:.2g} mm wide and {_BELL_MM:g} mm high is "
@@ -146,7 +156,7 @@ def not_looked_for(spacing_mm: float) -> LeftOut:
 
 
 def _narrowest_mm(pitch_mm: float) -> float:
-    return _PIXELS * max(1.0, pitch_mm)
+    return LIMITS.least_pixels * max(1.0, pitch_mm)
 
 
 def _named(bump: NarrowBump) -> str:

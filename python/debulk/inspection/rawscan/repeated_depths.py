@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,23 +11,37 @@ __all__ = ["depths_repeat"]
 
 Floats = NDArray[np.float64]
 
-_NEAR_POINTS, _FAR_POINTS = 3, 13  # distances: windows of 5 overlap at the first, hardly any at the second
-_LEVEL = 0.95  # quantile over the squares that is compared: on a slope a median repeats nothing, and changes little
-_REPEATED, _TIMES = 0.015, 4.0  # share of equal near pairs, in excess of so many times the share of equal far pairs
-_RESOLVED = 3.0  # times a float32's resolution: if all differences are larger, the depths repeat because of rounding
-_FEWEST = 20  # squares
+
+@dataclass(frozen=True)
+class Limits:
+    """Of depths that repeat; bench/trust/smoothing.py has medians: nothing else notices some of them."""
+
+    near_points: int = 3  # distance at which windows of 5 overlap
+    far_points: int = 13  # distance at which hardly any windows overlap
+    quantile: float = 0.95  # over the squares that is compared: on a slope a median repeats nothing
+    repeated_share: float = 0.015  # of equal near pairs, in excess of `times` the share of equal far pairs
+    times: float = 4.0
+    resolutions: float = 3.0  # of a float32: if all differences are larger, the depths repeat because of rounding
+    least_squares: int = 20
+
+
+LIMITS = Limits()
 
 
 def depths_repeat(depths: Floats) -> bool:
     """Return whether (N, S, S) squares of depths, NaN where nothing was seen, repeat; False if they were rounded."""
-    if len(depths) < _FEWEST or depths.shape[1] <= _FAR_POINTS:
+    if len(depths) < LIMITS.least_squares or depths.shape[1] <= LIMITS.far_points:
         return False
     steps = np.abs(np.diff(depths, axis=2))
     steps = steps[steps > 0]
-    if not steps.size or float(steps.min()) > _RESOLVED * float(np.spacing(np.float32(np.nanmax(np.abs(depths))))):
+    if not steps.size or float(steps.min()) > LIMITS.resolutions * float(
+        np.spacing(np.float32(np.nanmax(np.abs(depths))))
+    ):
         return False
-    near, far = (float(np.quantile(_equal(depths, lag), _LEVEL)) for lag in (_NEAR_POINTS, _FAR_POINTS))
-    return near > _REPEATED + _TIMES * far
+    near, far = (
+        float(np.quantile(_equal(depths, lag), LIMITS.quantile)) for lag in (LIMITS.near_points, LIMITS.far_points)
+    )
+    return near > LIMITS.repeated_share + LIMITS.times * far
 
 
 def _equal(depths: Floats, lag: int) -> Floats:

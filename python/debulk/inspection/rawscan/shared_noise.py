@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +16,27 @@ __all__ = ["noise_is_shared"]
 
 Floats = NDArray[np.float64]
 
-_SIDE = 16  # points along the side of a square
-_DEGREE = 5  # of the polynomial that removes the ply's shape from a square
-_SQUARES = 100  # looked at, at most
+
+@dataclass(frozen=True)
+class Limits:
+    """Of noise that neighbours share; bench/trust/smoothing.py smooths scans by all filters of such software."""
+
+    side: int = 16  # points along the side of a square
+    degree: int = 5  # of the polynomial that removes the ply's shape from a square
+    most_squares: int = 100  # looked at
+    least_squares: int = 20  # that must give a result
+    least_share: float = 0.4  # of the squares looked at that must give a result
+    least_seen_share: float = 0.75  # of a square's points
+    least_differences: int = 20  # in a square, out of 144: each needs 25 points
+    resolutions: float = 2.0  # of a float32: smaller scatter is no noise
+    # Share of white noise below which noise is shared: 1 for white noise; after a box of 3 points 0.29 is left, of 5
+    # 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
+    white_share: float = 0.25
+    quantile: float = 0.75  # over the squares that is compared: an edge, or much shape, lowers the share in a square
+
+
+LIMITS = Limits()
 _TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
-_SEEN = 0.75  # least share of a square's points that must have been seen
-_FEWEST, _LEAST_SHARE = 20, 0.4  # squares that must give a result: their number, and their share of those looked at
-_LEAST_DIFFERENCES = 20  # in a square, out of 144: each needs 25 points
-_ROUNDED = 2.0  # times a float32's resolution: smaller scatter is no noise
-# Share of white noise below which noise is shared. White noise has 1; after a box of 3 points 0.29 of it is left, of 5
-# 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
-_SHARED = 0.25
-_MOST_TELL = 0.75  # quantile over the squares that is compared: an edge, or much shape, lowers the share in a square
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
@@ -46,21 +56,23 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
     step
         Pixels from one point that is looked at to the next.
     """
-    some = index[(_TURN * len(index) * np.arange(min(_SQUARES, len(index)))).astype(np.int64) % max(1, len(index))]
+    some = index[
+        (_TURN * len(index) * np.arange(min(LIMITS.most_squares, len(index)))).astype(np.int64) % max(1, len(index))
+    ]
     near, far = (_depths(scan, squares, some, apart) for apart in (step, 2 * step))
     return _shared(near) or _shared(far) or depths_repeat(near)
 
 
 def _shared(depths: Floats) -> bool:
     own = _own_share(depths)
-    enough = len(own) >= max(_FEWEST, _LEAST_SHARE * len(depths))
-    return enough and float(np.quantile(own, _MOST_TELL)) < _SHARED
+    enough = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
+    return enough and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
     """Return the (N, 16, 16) depths of the squares that lie in the image."""
     wide = len(squares.columns)
-    reach = step * np.arange(_SIDE)
+    reach = step * np.arange(LIMITS.side)
     rows, columns = squares.rows[index // wide], squares.columns[index % wide]
     fits = (rows + reach[-1] < scan.shape[0]) & (columns + reach[-1] < scan.shape[1])
     at = (rows[fits, None] + reach)[:, :, None], (columns[fits, None] + reach)[:, None, :]
@@ -70,22 +82,22 @@ def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64
 
 def _own_share(depths: Floats) -> Floats:
     """Return each usable square's fourth differences over its scatter about a polynomial; 1 for white noise."""
-    flat = depths.reshape(len(depths), _SIDE**2)
+    flat = depths.reshape(len(depths), LIMITS.side**2)
     seen = np.isfinite(flat)
-    enough = np.mean(seen, axis=1) >= _SEEN
+    enough = np.mean(seen, axis=1) >= LIMITS.least_seen_share
     flat, seen = flat[enough], seen[enough]
     if not len(flat):
         return np.empty(0)
     rest, count = _rest(np.where(seen, flat, 0.0), seen), np.sum(seen, axis=1)
     scatter = np.sqrt(np.sum(rest**2, axis=1) / (count - _polynomials()[0].shape[1]))
     rest = np.where(seen, rest, np.nan)  # a difference needs all of its points
-    differences = _fourth(_fourth(rest.reshape(-1, _SIDE, _SIDE)).transpose(0, 2, 1)).reshape(len(rest), -1)
+    differences = _fourth(_fourth(rest.reshape(-1, LIMITS.side, LIMITS.side)).transpose(0, 2, 1)).reshape(len(rest), -1)
     there = np.isfinite(differences)
     number = np.sum(there, axis=1)
     squared = np.sum(np.where(there, differences, 0.0) ** 2, axis=1)
     of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
-    tells = (number >= _LEAST_DIFFERENCES) & (scatter > _ROUNDED * resolved)
+    tells = (number >= LIMITS.least_differences) & (scatter > LIMITS.resolutions * resolved)
     return np.asarray(of_white[tells] / scatter[tells])
 
 
@@ -107,7 +119,7 @@ def _fourth(values: Floats) -> Floats:
 @functools.cache
 def _polynomials() -> tuple[Floats, Floats]:
     """Return orthonormal polynomials over a square, (256, 21), and the products of each pair of them, (256, 441)."""
-    u, v = np.meshgrid(*2 * (np.linspace(-1, 1, _SIDE),))
-    powers = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]
+    u, v = np.meshgrid(*2 * (np.linspace(-1, 1, LIMITS.side),))
+    powers = [(i, j) for i in range(LIMITS.degree + 1) for j in range(LIMITS.degree + 1 - i)]
     shape = np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0]
     return shape, (shape[:, :, None] * shape[:, None, :]).reshape(len(shape), -1)

@@ -23,7 +23,16 @@ if TYPE_CHECKING:
 __all__ = ["Smoothed", "SmoothedSearch"]
 
 Floats = NDArray[np.float64]
-_SPREAD = 0.9  # allowed sigma of the edge, over fine_mm or the pitch if larger; a box over three pixels has 0.8 pixels
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the blur of the ply's edge; bench/trust/smoothing.py has what scans and filters show."""
+
+    spread: float = 0.9  # allowed sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -100,7 +109,7 @@ class SmoothedSearch:
         if noise_is_shared(image.heights, squares, some, step):
             return Smoothed(shared_mm=step * pitch_mm)
         spread_mm = self.edge_mm(image.points, mask)
-        allowed_mm = _SPREAD * max(self._fine_mm, pitch_mm)
+        allowed_mm = LIMITS.spread * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:

@@ -33,10 +33,19 @@ Floats = NDArray[np.float64]
 
 _SEARCH = _core.rawscan.WrinkleOptions()
 _BUMPS = _core.rawscan.NarrowBumpOptions()
-_SAME_MM = 15.0  # chains nearer to one another than this are one wrinkle
 _FEWEST_PIXELS = 8  # along each side of an image
-_NARROWEST_MM = 2.0  # a fold of a ply is no narrower
-_ACROSS = 3.0  # pixels: 16 of 16 wrinkles of this width were found, and 6 of 7 that were 2 pixels wide and 8 mm high
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of standing wrinkles, which `tests/python/inspection/test_wrinkles.py` has of all widths."""
+
+    same_mm: float = 15.0  # chains nearer to one another than this are one wrinkle
+    narrowest_mm: float = 2.0  # a fold of a ply is no narrower
+    across_pixels: float = 3.0  # 16 of 16 wrinkles of this width were found, and 6 of 7 of 2 pixels and 8 mm high
+
+
+LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -130,7 +139,7 @@ class WrinkleSearch:
         measured.sort(key=lambda one: (-one[0].length_mm, one[0].start_mm))
         kept: list[tuple[Wrinkle, Floats]] = []
         for one in measured:
-            if all(_apart_mm(one[1], other[1]) > _SAME_MM for other in kept):
+            if all(_apart_mm(one[1], other[1]) > LIMITS.same_mm for other in kept):
                 kept.append(one)
         return tuple(one[0] for one in kept)
 
@@ -177,16 +186,15 @@ def _not_searched(why: str) -> LeftOut:
 
 
 def _too_narrow(pitch_mm: float) -> tuple[LeftOut, ...]:
-    narrowest_mm = _ACROSS * pitch_mm
-    if narrowest_mm <= _NARROWEST_MM:
+    across, fold_mm = LIMITS.across_pixels, LIMITS.narrowest_mm
+    if across * pitch_mm <= fold_mm:
         return ()
     return (
         LeftOut(
-            what=f"standing wrinkles narrower than {narrowest_mm:.2g} mm",
-            why=f"the pixels are {pitch_mm:.2g} mm apart, and what is less than {_ACROSS:g} pixels wide is missed here "
+            what=f"standing wrinkles narrower than {across * pitch_mm:.2g} mm",
+            why=f"the pixels are {pitch_mm:.2g} mm apart, and what is less than {across:g} pixels wide is missed here "
             "and there",
-            bound=f"one of {_NARROWEST_MM:g} mm, which would be CREASE, needs pixels {_NARROWEST_MM / _ACROSS:.2g} mm "
-            "apart or less",
+            bound=f"one of {fold_mm:g} mm, which would be CREASE, needs pixels {fold_mm / across:.2g} mm apart or less",
         ),
     )
 
@@ -207,7 +215,7 @@ def _on_any(bump: NarrowBump, wrinkles: Sequence[Wrinkle]) -> bool:
         start, end, top = (np.asarray(place) for place in (wrinkle.start_mm, wrinkle.end_mm, bump.top_mm))
         span = end - start
         share = np.clip(np.dot(top - start, span) / max(float(np.dot(span, span)), 1e-9), 0.0, 1.0)
-        if float(np.linalg.norm(start + share * span - top)) < _SAME_MM:
+        if float(np.linalg.norm(start + share * span - top)) < LIMITS.same_mm:
             return True
     return False
 

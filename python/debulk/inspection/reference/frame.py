@@ -7,15 +7,13 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk._core import InputError
+from debulk.arrays import LARGEST_MM
 from debulk.surface import Reference
 
 __all__ = ["check_cloud_frame", "check_outline_on", "check_tilt", "pose_needed"]
 
 Floats = NDArray[np.float64]
 
-# float32 resolves 0.008 mm at a hundred metres; farther away, rounding would reach a noticeable part of a ply.
-_FAR_MM = 1e5
-_LARGE_MM = 1e5
 _LEAST_PITCH_MM = 0.03
 _MOST_TILT_DEG = 40.0
 _LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches covers 1/645 of the area that it covers in mm
@@ -36,14 +34,9 @@ def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
     size = high - low
     spans = f"{size[0]:.4g} x {size[1]:.4g} mm"
     far = float(np.abs(points_mm).max())
-    if size[:2].max() > _LARGE_MM:
+    if far > LARGEST_MM:
         raise InputError(
-            f"reference: expected a mold of at most {_LARGE_MM / 1000:g} m in mm, but got one of {spans}: "
-            "is it in micrometres?"
-        )
-    if far > _FAR_MM:
-        raise InputError(
-            f"reference: expected coordinates within {_FAR_MM / 1000:g} m of the mold frame's origin, but got "
+            f"reference: expected coordinates within {LARGEST_MM / 1000:g} m of the mold frame's origin, but got "
             f"{far:.4g} mm: check the unit of the pose's translation, or choose an origin at the mold"
         )
     if pitch_mm < _LEAST_PITCH_MM:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,16 @@ if TYPE_CHECKING:
 __all__ = ["check_neighbours", "check_reference", "coarse_reason"]
 
 Floats = NDArray[np.float64]
-_ACROSS = 4.0  # points across the smallest pocket, 16 in it: with fewer, its area is known to a third at best
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of the points' spacing; `tests/python/inspection/test_resolution.py` thins clouds."""
+
+    across: float = 4.0  # points across the smallest pocket, 16 in it: with fewer, its area is known to a third at best
+
+
+LIMITS = Limits()
 _WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, for being narrow
 _NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
 
@@ -46,11 +56,11 @@ def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
     If there are too few points (`count`), the pitch is not known, and is infinite.
     """
     wanted = recipe.segmentation.area_tol_mm2
-    most = np.sqrt(wanted) / _ACROSS
+    most = np.sqrt(wanted) / LIMITS.across
     if not wanted or pitch_mm <= most:
         return ""
     came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else f"only {count} of them"
     return (
-        f"expected points at most {most:.2g} mm apart, {_ACROSS:g} across a pocket of {wanted / 100:g} cm² "
+        f"expected points at most {most:.2g} mm apart, {LIMITS.across:g} across a pocket of {wanted / 100:g} cm² "
         f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
     )
