@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import fields
 
@@ -14,6 +13,7 @@ from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.runs import ExcessRuns
+from debulk.ridge import excess_of_ridge
 
 __all__ = ["long_runs"]
 
@@ -27,7 +27,7 @@ def long_runs(scanned: ScanRuns | None, pockets: Sequence[FoundPocket], ply: Ply
     for one in reversed(pockets):
         pocket[one.crossing] = one.number
     recipe = ply.recipe
-    counts_mm = 2 * options.counts_from_mm(recipe) - (4 - math.pi) * recipe.material.thickness_mm  # of excess
+    counts_mm = excess_of_ridge(options.counts_from_mm(recipe), recipe.material.thickness_mm)
     most_mm = runs.high_mm + np.maximum(runs.uncertainty_mm, 2 * recipe.verdict.excess_margin_mm)
     long = most_mm > counts_mm
     key = runs.family + 2 * runs.line.astype(np.int64)
