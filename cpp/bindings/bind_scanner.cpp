@@ -70,22 +70,30 @@ SensorNoise noise_of(const std::vector<py::array>& images, int exposures, int st
   return estimate_noise(from.stack, steps, saturated, from.width, threads, stop);
 }
 
-// planes: (2 + numbers of periods, pixels, rounded up to groups of sixteen)
-Arrived arrived_of(const py::object& planes, const Decoding& how, long pixels) {
+// planes: what is kept of the best exposure, (2 + numbers of periods, pixels), and of the one that is coming, (1 + numbers
+// of periods, pixels) or None, float32; and the exposures, (pixels,) uint8. Pixels are rounded up to groups of sixteen.
+Arrived arrived_of(const py::tuple& planes, const Decoding& how, long pixels) {
+  require(planes.size() == 3, "planes", "three", planes.size());
   const py::ssize_t each = (pixels + 15) / 16 * 16, periods = static_cast<py::ssize_t>(how.plan.periods.size());
-  float* at = target<float>(planes, {2 + periods, each}, "planes");
-  Arrived out;
-  out.offset = at, out.modulation = at + each;
-  for (py::ssize_t p = 0; p < periods; ++p) out.wrapped[static_cast<std::size_t>(p)] = at + (2 + p) * each;
+  const auto cut = [&](const py::object& from, py::ssize_t count) {
+    Planes out;
+    float* at = target<float>(from, {2 + count, each}, "planes");
+    if (!at) return out;
+    out.offset = at, out.modulation = at + each;
+    for (py::ssize_t p = 0; p < count; ++p) out.wrapped[static_cast<std::size_t>(p)] = at + (2 + p) * each;
+    return out;
+  };
+  Arrived out{cut(planes[0], periods), cut(planes[1], periods - 1), target<std::uint8_t>(planes[2], {each}, "planes")};
+  require(out.best.offset && out.exposure, "planes", "arrays", "None");
   return out;
 }
 
 template <class T>
-void take_images(const std::vector<py::array>& images, int period, const Decoding& how, const py::object& planes, const Stop& stop) {
+void take_images(const std::vector<py::array>& images, const Place& place, const Decoding& how, const py::tuple& planes, const Stop& stop) {
   const Images<T> from(images, 1);
-  const Arrived into = arrived_of(planes, how, from.stack.pixels);
+  const Arrived kept = arrived_of(planes, how, from.stack.pixels);
   py::gil_scoped_release release;
-  take_in(from.stack.images, from.stack.pixels, period, how, into, stop);
+  take_in(from.stack.images, from.stack.pixels, place, how, kept, stop);
 }
 
 template <class T>
@@ -93,7 +101,7 @@ py::dict decode_into(const std::vector<py::array>& images, int exposures, const 
                      const py::object& planes) {
   const Images<T> from(images, exposures);
   Arrived arrived;
-  if (!planes.is_none()) arrived = arrived_of(planes, how, from.stack.pixels);
+  if (!planes.is_none()) arrived = arrived_of(py::cast<py::tuple>(planes), how, from.stack.pixels);
   const std::vector<py::ssize_t> shape = {from.height, from.width};
   const auto wanted = [&](const char* name) -> py::object { return maps.contains(name) ? py::object(maps[name]) : py::none(); };
   PhaseMaps out;
@@ -178,18 +186,17 @@ void bind_scanner(py::module_ m) {
 
   m.def(
       "take_in",
-      [](const std::vector<py::array>& images, int period, const std::vector<int>& periods, double saturated, const py::object& planes,
-         int threads, int widest, const Stop& stop) {
+      [](const std::vector<py::array>& images, int exposure, int period, const std::vector<int>& periods, double saturated,
+         const py::tuple& planes, int threads, int widest, const Stop& stop) {
         Decoding how;
         how.steps = static_cast<int>(images.size()), how.plan = plan_unwrapping(periods), how.saturated = saturated;
         how.threads = threads, how.isa = widest_isa(widest);
-        require(!planes.is_none(), "planes", "an array", "None");
-        return bytes(images) ? take_images<std::uint8_t>(images, period, how, planes, stop)
-                             : take_images<std::uint16_t>(images, period, how, planes, stop);
+        return bytes(images) ? take_images<std::uint8_t>(images, {exposure, period}, how, planes, stop)
+                             : take_images<std::uint16_t>(images, {exposure, period}, how, planes, stop);
       },
-      py::arg("images"), py::arg("period"), py::kw_only(), py::arg("periods"), py::arg("saturated"), py::arg("planes"), py::arg("threads"),
-      py::arg("widest"), py::arg("stop"),
-      "Takes all steps of one number of periods into the planes that decode() then reads in their place.");
+      py::arg("images"), py::arg("exposure"), py::arg("period"), py::kw_only(), py::arg("periods"), py::arg("saturated"), py::arg("planes"),
+      py::arg("threads"), py::arg("widest"), py::arg("stop"),
+      "Takes the steps of one number of periods into planes, from which decode() then makes the maps.");
 
   m.def(
       "check_neighbours",

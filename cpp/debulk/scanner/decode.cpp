@@ -97,13 +97,17 @@ double order_step(const UnwrapPlan& plan) {
 }
 
 template <class T>
-void take_in(const std::vector<const T*>& images, long pixels, int period, const Decoding& how, const Arrived& into, const Stop& stop) {
+void take_in(const std::vector<const T*>& images, long pixels, const Place& place, const Decoding& how, const Arrived& kept,
+             const Stop& stop) {
   check(how, pixels);
   require(static_cast<int>(images.size()) == how.steps, "images", "as many as steps", images.size());
-  require(period >= 0 && static_cast<std::size_t>(period) < how.plan.periods.size(), "period", "the place of a number of periods", period);
+  require(place.period >= 0 && static_cast<std::size_t>(place.period) < how.plan.periods.size(), "period",
+          "the place of a number of periods", place.period);
+  require(place.exposure >= 0 && place.exposure < no_exposure, "exposure", "0 to 254", place.exposure);
+  require(place.exposure == 0 || kept.coming.offset, "exposure", "planes for the exposure that is coming", place.exposure);
   const Tables tables = tables_of(how);
   parallel_for(pixels / 16, chunk, how.threads, stop,
-               [&](long begin, long end) { DEBULK_ON(how.isa, take_groups(images.data(), pixels, tables, period, into, begin, end)); });
+               [&](long begin, long end) { DEBULK_ON(how.isa, take_groups(images.data(), pixels, tables, place, kept, begin, end)); });
 }
 
 template <class T>
@@ -125,8 +129,8 @@ DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const Phase
   return all;
 }
 
-template void take_in(const std::vector<const std::uint8_t*>&, long, int, const Decoding&, const Arrived&, const Stop&);
-template void take_in(const std::vector<const std::uint16_t*>&, long, int, const Decoding&, const Arrived&, const Stop&);
+template void take_in(const std::vector<const std::uint8_t*>&, long, const Place&, const Decoding&, const Arrived&, const Stop&);
+template void take_in(const std::vector<const std::uint16_t*>&, long, const Place&, const Decoding&, const Arrived&, const Stop&);
 template DecodeCounts decode(const ImageStack<std::uint8_t>&, const Decoding&, const PhaseMaps&, const Stop&, const Arrived*);
 template DecodeCounts decode(const ImageStack<std::uint16_t>&, const Decoding&, const PhaseMaps&, const Stop&, const Arrived*);
 

@@ -51,22 +51,33 @@ struct DecodeCounts {
 // How much the phase changes if the fringe order is taken one higher, in rad at the first number of periods.
 double order_step(const UnwrapPlan& plan);
 
-// What remains of the brightest exposure's images once they were taken in, in less memory than they need. Each plane
-// has a value per pixel, and room for a whole number of groups of sixteen pixels.
-struct Arrived {
+// What is kept of an exposure's images. Each plane has a value per pixel, and room for whole groups of sixteen pixels.
+struct Planes {
   std::array<float*, most_periods> wrapped{};  // wrapped phase of each number of periods, turns
   float* offset = nullptr;                     // sum of the grey values; NaN where a step is saturated
   float* modulation = nullptr;                 // sum over the numbers of periods
 };
 
-// Takes in the images of all steps of one number of periods, given by its place among them. All are taken in, in order.
-// Throws as `decode` does.
+// What is kept of images that are taken in as they arrive.
+struct Arrived {
+  Planes best;                       // of each pixel's brightest exposure so far in which no step is saturated
+  Planes coming;                     // of the exposure whose images arrive, but for its last number of periods; not for the first
+  std::uint8_t* exposure = nullptr;  // the exposure in `best`
+};
+
+// Which images are taken in: those of all steps of a number of periods, given by its place among them.
+struct Place {
+  int exposure = 0, period = 0;
+};
+
+// Takes in the steps of one number of periods. All are taken in, in the order of an ImageStack. Throws as `decode` does.
 template <class T>
-void take_in(const std::vector<const T*>& images, long pixels, int period, const Decoding& how, const Arrived& into, const Stop& stop);
+void take_in(const std::vector<const T*>& images, long pixels, const Place& place, const Decoding& how, const Arrived& kept,
+             const Stop& stop);
 
 // Decodes each pixel from its brightest exposure in which no step is saturated. Pixels are decoded in groups;
-// exposures that no pixel of a group needs are not read. Images of the brightest exposure that were taken in before are
-// not read again, and all bits are the same. Throws InputError on a wrong number of steps, images, pixels or exposures,
+// exposures that no pixel of a group needs are not read. If all images were taken in before, none is read, and all bits
+// of the maps are the same. Throws InputError on a wrong number of steps, images, pixels or exposures,
 // and Stopped.
 template <class T>
 DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop,

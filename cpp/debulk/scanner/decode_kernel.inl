@@ -45,71 +45,78 @@ DEBULK_INLINE Floats wrapped_phase(const Floats* v, const Tables& t, Floats& off
 
 // Takes in sixteen pixels, `to`, of the steps of one number of periods.
 template <class T>
-DEBULK_INLINE void take(const T* const* from, long at, const Tables& t, int period, const Arrived& into, long to) {
+DEBULK_INLINE void take(const T* const* from, long at, const Tables& t, const Place& place, const Arrived& kept, long to) {
+  const auto p = static_cast<std::size_t>(place.period), last = static_cast<std::size_t>(t.periods - 1);
+  const Planes& into = place.exposure == 0 ? kept.best : kept.coming;
   Floats value[most_images], top = all(0.0f);
   for (int k = 0; k < t.steps; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
-  Floats offset = period == 0 ? all(0.0f) : load(into.offset + to), modulation = period == 0 ? all(0.0f) : load(into.modulation + to);
-  store(into.wrapped[static_cast<std::size_t>(period)] + to, wrapped_phase(value, t, offset, modulation));
-  store(into.offset + to, choose(top < t.saturated, offset, all(nan)));
-  store(into.modulation + to, modulation);
+  Floats offset = p == 0 ? all(0.0f) : load(into.offset + to), modulation = p == 0 ? all(0.0f) : load(into.modulation + to);
+  Floats wrapped = wrapped_phase(value, t, offset, modulation);
+  offset = choose(top < t.saturated, offset, all(nan));
+  const Ints fine = offset == offset;
+  if (place.exposure > 0 && p == last) {  // the exposure is complete: it takes the place of a shorter one where it can
+    for (std::size_t q = 0; q < last; ++q)
+      store(kept.best.wrapped[q] + to, choose(fine, load(into.wrapped[q] + to), load(kept.best.wrapped[q] + to)));
+    wrapped = choose(fine, wrapped, load(kept.best.wrapped[p] + to)), offset = choose(fine, offset, load(kept.best.offset + to));
+    modulation = choose(fine, modulation, load(kept.best.modulation + to));
+  }
+  const Planes& out = p == last ? kept.best : into;
+  store(out.wrapped[p] + to, wrapped), store(out.offset + to, offset), store(out.modulation + to, modulation);
+  if (p == last) {
+    const Ints before = place.exposure == 0 ? Ints{} + no_exposure : load_ints(kept.exposure + to);
+    store_bytes(kept.exposure + to, choose(fine, Ints{} + place.exposure, before));
+  }
 }
 
 // Takes in groups of sixteen pixels. The call that does the last whole group also does the remaining pixels.
 template <class T>
-void take_groups(const T* const* from, long pixels, const Tables& t, int period, const Arrived& into, long begin, long end) {
-  for (long g = begin; g < end; ++g) take(from, g * lanes, t, period, into, g * lanes);
+void take_groups(const T* const* from, long pixels, const Tables& t, const Place& place, const Arrived& kept, long begin, long end) {
+  for (long g = begin; g < end; ++g) take(from, g * lanes, t, place, kept, g * lanes);
   const long left = pixels - end * lanes;
   if (left <= 0 || left >= lanes) return;
   T rest[most_images][lanes] = {};
   const T* padded[most_images];
   for (int k = 0; k < t.steps; ++k)
     padded[k] = rest[k], std::memcpy(rest[k], from[k] + end * lanes, static_cast<std::size_t>(left) * sizeof(T));
-  take(padded, 0, t, period, into, end * lanes);
+  take(padded, 0, t, place, kept, end * lanes);
 }
 
-// Decodes the sixteen pixels from `at` on. Only pixels whose bit is set in the mask `counted` enter the counts. What has
-// arrived takes the place of the brightest exposure's images.
+// Decodes the sixteen pixels from `at` on, from what has arrived or, without that, from the images. Only pixels whose bit
+// is set in the mask `counted` enter the counts.
 template <class T>
 DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, const Arrived* arrived, long at,
                          unsigned counted, DecodeCounts& counts) {
-  const int images = t.steps * t.periods, brightest = stack.exposures - 1;
-  Floats value[most_images];
-  Ints open = {}, exposure = {}, taken = {};
-  for (int e = brightest; e >= 0; --e) {
-    const T* const* from = stack.exposure(e);
-    Floats top = all(0.0f);
-    Ints fine;
-    if (e == brightest) {
-      if (arrived) {
-        const Floats known = load(arrived->offset + at);
-        taken = fine = known == known;
-        for (int k = 0; k < images; ++k) value[k] = all(0.0f);
-      } else {
+  const int images = t.steps * t.periods;
+  Floats wrapped[most_periods] = {}, offset = all(0.0f), modulation = all(0.0f);
+  Ints open = {}, exposure = {};
+  if (arrived) {
+    for (std::size_t p = 0; p < static_cast<std::size_t>(t.periods); ++p) wrapped[p] = load(arrived->best.wrapped[p] + at);
+    offset = load(arrived->best.offset + at), modulation = load(arrived->best.modulation + at);
+    exposure = load_ints(arrived->exposure + at), open = offset != offset;
+    counts.read += static_cast<long>(lanes) * images * stack.exposures;
+  } else {
+    Floats value[most_images];
+    for (int e = stack.exposures - 1; e >= 0; --e) {
+      const T* const* from = stack.exposure(e);
+      Floats top = all(0.0f);
+      Ints fine;
+      if (e == stack.exposures - 1) {
         for (int k = 0; k < images; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
         fine = top < t.saturated;
+        exposure = choose(fine, Ints{} + e, Ints{} + no_exposure);
+        open = ~fine;
+      } else {
+        Floats here[most_images];
+        for (int k = 0; k < images; ++k) here[k] = grey(from[k] + at), top = higher(here[k], top);
+        fine = (top < t.saturated) & open;
+        for (int k = 0; k < images; ++k) value[k] = choose(fine, here[k], value[k]);
+        exposure = choose(fine, Ints{} + e, exposure);
+        open &= ~fine;
       }
-      exposure = choose(fine, Ints{} + e, Ints{} + no_exposure);
-      open = ~fine;
-    } else {
-      Floats here[most_images];
-      for (int k = 0; k < images; ++k) here[k] = grey(from[k] + at), top = higher(here[k], top);
-      fine = (top < t.saturated) & open;
-      for (int k = 0; k < images; ++k) value[k] = choose(fine, here[k], value[k]);
-      exposure = choose(fine, Ints{} + e, exposure);
-      open &= ~fine;
+      counts.read += static_cast<long>(lanes) * images;
+      if (!any(open)) break;
     }
-    counts.read += static_cast<long>(lanes) * images;
-    if (!any(open)) break;
-  }
-
-  Floats wrapped[most_periods] = {};
-  Floats offset = all(0.0f), modulation = all(0.0f);
-  if (any(~taken))
     for (int p = 0; p < t.periods; ++p) wrapped[p] = wrapped_phase(value + p * t.steps, t, offset, modulation);
-  if (arrived) {
-    for (int p = 0; p < t.periods; ++p) wrapped[p] = choose(taken, load(arrived->wrapped[static_cast<std::size_t>(p)] + at), wrapped[p]);
-    offset = choose(taken, load(arrived->offset + at), offset);
-    modulation = choose(taken, load(arrived->modulation + at), modulation);
   }
   for (int p = 0; p < t.periods; ++p) wrapped[p] -= t.start;
   offset = offset * (0.5f * t.per_step / static_cast<float>(t.periods));

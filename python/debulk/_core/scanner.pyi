@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from debulk._core import Stop
 
 _Image = NDArray[np.uint8] | NDArray[np.uint16]
+_Planes = tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.uint8]]
 
 def check_neighbours(
     phase: NDArray[np.float32], order_step: float, threads: int, widest: int, stop: Stop
@@ -29,7 +30,7 @@ def decode(
     threads: int,
     widest: int,
     stop: Stop,
-    planes: NDArray[np.float32] | None = None,
+    planes: _Planes | None = None,
 ) -> dict[str, int]: ...
 def match(
     left: tuple[Any, ...],
@@ -47,11 +48,12 @@ def sensor_noise(
 ) -> tuple[float, float]: ...
 def take_in(
     images: Sequence[_Image],
+    exposure: int,
     period: int,
     *,
     periods: Sequence[int],
     saturated: float,
-    planes: NDArray[np.float32],
+    planes: _Planes,
     threads: int,
     widest: int,
     stop: Stop,

@@ -17,7 +17,7 @@ Complete = Callable[..., Scan]
 
 
 class Camera:
-    """The images of one camera so far, and what was taken of those of the longest exposure."""
+    """The images of one camera so far, and what was taken of them."""
 
     def __init__(
         self, name: str, shape: tuple[int, int], periods: tuple[int, ...], steps: int, exposures: int, bits: int | None
@@ -48,21 +48,26 @@ class Camera:
         return found
 
     def add(self, image: Image, threads: int) -> None:
-        """Keep an image; where it completes a number of periods of the last exposure, take these images in."""
+        """Keep an image; where it completes a number of periods, take these images in."""
+        e, k = divmod(len(self.images), self.each)
         self.images.append(image)
-        e, k = divmod(len(self.images) - 1, self.each)
-        if e < self.exposures - 1 or (k + 1) % self.steps or image.dtype.kind == "f":
+        if (k + 1) % self.steps or image.dtype.kind == "f":
             return
         if self.planes is None:
-            pixels = -(-image.size // 16) * 16
-            white = greatest_grey(image.dtype, self.bits)
-            self.planes = Planes(np.empty((2 + len(self.periods), pixels), np.float32), white)
+            pixels, count = -(-image.size // 16) * 16, len(self.periods)
+            self.planes = Planes(
+                np.empty((2 + count, pixels), np.float32),
+                np.empty((1 + count, pixels), np.float32) if self.exposures > 1 else None,
+                np.empty(pixels, np.uint8),
+                greatest_grey(image.dtype, self.bits),
+            )
         _core.scanner.take_in(
             self.images[-self.steps :],
+            e,
             k // self.steps,
             periods=self.periods,
             saturated=float(self.planes.white),
-            planes=self.planes.values,
+            planes=self.planes.arrays,
             threads=threads,
             widest=4,
             stop=_core.Stop(),

@@ -21,10 +21,17 @@ NO_EXPOSURE = 255
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """What was taken of the images of the longest exposure while they arrived."""
+    """What was taken of a camera's images while they arrived; pixels in groups of sixteen."""
 
-    values: F32
+    best: F32  # (2 + numbers of periods, pixels), of each pixel's brightest exposure without saturation
+    coming: F32 | None  # (1 + numbers of periods, pixels), of the exposure that arrives; None: there is only one
+    exposure: NDArray[np.uint8]  # (pixels,)
     white: int  # the greatest grey value that was assumed
+
+    @property
+    def arrays(self) -> tuple[F32, F32 | None, NDArray[np.uint8]]:
+        """The arrays as the core takes them."""
+        return self.best, self.coming, self.exposure
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +213,7 @@ def decode_into(
         threads=threads,
         widest=widest,
         stop=stop,
-        planes=None if planes is None or planes.white != stack.white else planes.values,
+        planes=None if planes is None or planes.white != stack.white else planes.arrays,
     )
     brightness = _brightness(stack)
     light = maps["modulation"], maps["exposure"], brightness

@@ -117,12 +117,16 @@ TEST(Decode, SameBitsOnAnyInstructionsAndThreadsAndFromImagesThatWereTakenIn) {
       if (isa > best_isa()) continue;
       Maps other(pixels);
       how.threads = threads, how.isa = isa;
-      std::vector<std::vector<float>> planes(4, std::vector<float>((pixels + 15) / 16 * 16));
+      std::vector<std::vector<float>> planes(7, std::vector<float>((pixels + 15) / 16 * 16));
+      std::vector<std::uint8_t> exposure(planes[0].size());
       Arrived arrived;
-      arrived.offset = planes[0].data(), arrived.modulation = planes[1].data();
-      arrived.wrapped[0] = planes[2].data(), arrived.wrapped[1] = planes[3].data();
-      const auto brightest = images.stack.images.begin() + 24;
-      for (int p : {0, 1}) take_in(std::vector(brightest + 6 * p, brightest + 6 * (p + 1)), pixels, p, how, arrived, Stop());
+      arrived.best = {{planes[0].data(), planes[1].data()}, planes[2].data(), planes[3].data()};
+      arrived.coming = {{planes[4].data()}, planes[5].data(), planes[6].data()}, arrived.exposure = exposure.data();
+      for (int e : {0, 1, 2})
+        for (int p : {0, 1}) {
+          const auto from = images.stack.images.begin() + 12 * e + 6 * p;
+          take_in(std::vector(from, from + 6), pixels, {e, p}, how, arrived, Stop());
+        }
       decode(images.stack, how, other.view(), Stop(), threads == 1 ? nullptr : &arrived);
       for (const auto& [a, b] : {std::pair(&first.phase, &other.phase),
                                  {&first.noise, &other.noise},
