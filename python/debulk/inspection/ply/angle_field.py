@@ -1,13 +1,12 @@
 """A field of fibre directions: what a drape or a sensor says from place to place, where it says nothing, and its shear.
 
 A sensor's gaps are filled from how the ply was meant to lie, if that is given, because both were compared where the
-sensor saw the ply. Drop-outs are closed. What remains is a gap: nothing is made up there, and a fibre that may be too
-long in it is INVALID.
+sensor saw the ply. What remains is a gap: nothing is made up there, and a fibre that may be too long in it is INVALID.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -22,7 +21,8 @@ from debulk.surface import Reference
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-_CLOSED_MM = 10.0  # distance of a known direction that counts here, too
+_MEAN_MM = 10.0
+_AGREE = np.cos(np.radians(2 * 20.0))  # of doubled angles that scatter by 20 degrees
 _LEAST_APART_MM = 5.0  # of the points of what is made from a field: a sensor's may be far finer
 
 
@@ -93,18 +93,28 @@ def turned(measured: Grid, nominal: Grid, ply_outline: Floats | None) -> Turned:
     return Turned(float(medians[worst]), float(np.median(apart[known][:, worst])), int(known.sum()))
 
 
-def closed(field: Grid) -> Grid:
-    """Return a field in which places within 10 mm of a known direction have that: single drop-outs are no gaps.
+def averaged(field: Grid) -> Grid:
+    """Return at each place the mean of all directions known within 10 mm along x and y.
 
-    On a mold with a radius of 400 mm directions 10 mm apart differ by less than a degree, as long as the shear is below
-    30 degrees.
+    A sensor's noise is less so, and single drop-outs are no gaps. Where those directions scatter by more than 20
+    degrees, as families that change places do, none is known. On a mold with a radius of 400 mm directions 10 mm apart
+    differ by less than a degree, as long as the shear is below 30 degrees.
     """
-    known = np.isfinite(field.values).all(axis=2)
-    if known.all():
+    reach = int(_MEAN_MM / field.spacing_mm)
+    if reach < 1:
         return field
-    away, nearest = _nearest(known)
-    values = np.where((away * field.spacing_mm <= _CLOSED_MM)[..., None], nearest(field.values), field.values)
-    return Grid(values, field.origin_mm, field.spacing_mm)
+    known = np.isfinite(field.values).all(axis=2)
+    twice = np.radians(2 * np.where(known[..., None], field.values, 0.0))
+    sums, count = (
+        cv2.blur(one, (2 * reach + 1,) * 2, borderType=cv2.BORDER_CONSTANT)
+        for one in (np.dstack([np.cos(twice), np.sin(twice)]) * known[..., None], known.astype(np.float64))
+    )
+    c, s = sums[..., :2], sums[..., 2:]
+    mean = np.degrees(np.arctan2(s, c)) / 2
+    some = count > 0.5 / (2 * reach + 1) ** 2  # none leave the rounding of sums
+    agree = (np.hypot(c, s) > _AGREE * count[..., None]).all(axis=2) & some
+    near = np.where(known[..., None], field.values + _apart(mean, field.values), mean)
+    return Grid(np.where(agree[..., None], near, np.nan), field.origin_mm, field.spacing_mm)
 
 
 def across_gaps(field: Grid) -> Grid:
@@ -116,23 +126,14 @@ def across_gaps(field: Grid) -> Grid:
     known = np.isfinite(field.values).all(axis=2)
     if known.all():
         return field
-    first = _nearest(known)[1](field.values)[..., 0]
-    values = np.where(known[..., None], field.values, np.dstack([first, first + 90]))
-    return Grid(values, field.origin_mm, field.spacing_mm)
-
-
-def _nearest(known: Flags) -> tuple[Floats, Callable[[Floats], Floats]]:
-    """Return how many points away the nearest known one is, and a function that takes its value for every point."""
-    away, labels = cv2.distanceTransformWithLabels(
+    _, labels = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
-    places = np.zeros(int(labels.max()) + 1, dtype=np.intp)
-    places[labels[known]] = np.flatnonzero(known)
-
-    def taken(values: Floats) -> Floats:
-        return np.asarray(values.reshape(known.size, -1)[places[labels]])
-
-    return away.astype(np.float64), taken
+    nearest = np.zeros(int(labels.max()) + 1, dtype=np.intp)
+    nearest[labels[known]] = np.flatnonzero(known)
+    first = field.values[..., 0].ravel()[nearest[labels]]
+    values = np.where(known[..., None], field.values, np.dstack([first, first + 90]))
+    return Grid(values, field.origin_mm, field.spacing_mm)
 
 
 def gaps_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> Grid | None:

@@ -64,9 +64,9 @@ class PlyOnMold:
         if not isinstance(given, Grid):
             return cls(reference, outline, given, recipe)
         if nominal is None:
-            return cls(reference, outline, angle_field.closed(given), recipe)
+            return cls(reference, outline, angle_field.averaged(given), recipe)
         both, turned = angle_field.completed(given, nominal), angle_field.turned(given, nominal, outline)
-        return cls(reference, outline, angle_field.closed(both), recipe, turned)
+        return cls(reference, outline, angle_field.averaged(both), recipe, turned)
 
     @kept
     def datum(self) -> Reference:
