@@ -146,7 +146,8 @@ def test_single_drop_outs_are_closed_and_wider_gaps_are_not():
     seen.values[10:13, 10:13] = np.nan
     whole = averaged(seen)
     assert np.argwhere(np.isnan(whole.values).any(axis=2)).tolist() == [[11, 11]]  # 20 mm from the next known one
-    assert whole.values[np.isfinite(whole.values).all(axis=2)] == pytest.approx(np.array([[10.0, 95.0]] * 440))
+    there = whole.values[np.isfinite(whole.values).all(axis=2)]
+    assert there % 180 == pytest.approx(np.array([[10.0, 95.0]] * 440))  # of an axis, either direction
     coarse = field(spacing_mm=20.0)
     assert averaged(coarse) is coarse
     # How much a direction changes in 10 mm on a sphere of 400 mm, where the ply shears by up to 30 degrees.
