@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from debulk.chain.record import Chain
     from debulk.recipe import Recipe
 
-__all__ = ["compare", "inspect"]
-
 
 @typed
 def inspect(

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.trace import Trace
 
-__all__ = ["check_place", "compared", "consolidated", "of_another_scan", "placing_of"]
-
 Floats = NDArray[np.float64]
 
 _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one

@@ -9,8 +9,6 @@ from debulk.inspection.holes import unseen
 from debulk.inspection.rawscan import narrow_bumps
 from debulk.results.report import LeftOut, PocketReport
 
-__all__ = ["merged", "of_chain", "of_late", "of_scan", "of_stages", "of_unsolved"]
-
 
 def of_chain() -> LeftOut:
     """Name that nothing is known of the chain that measured the scan, because none was given."""

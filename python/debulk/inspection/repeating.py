@@ -21,30 +21,22 @@ if TYPE_CHECKING:
     from debulk.chain.record import Chain
     from debulk.recipe import Recipe
 
-__all__ = ["Repetition", "repeat"]
-
 # Entries that differ between two runs on the same data: times, and where and when they ran.
 _OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """The result of an inspection that was repeated.
-
-    Attributes
-    ----------
-    report
-        The new report.
-    differences
-        Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not compared.
-    unchecked
-        Which of scan, reference and mask could be compared by their shape only, because the record has no SHA-256 of
-        them.
-    """
+    """The result of an inspection that was repeated."""
 
     report: Report
+    """The new report."""
     differences: tuple[str, ...]
+    """Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not
+    compared."""
     unchecked: tuple[str, ...] = ()
+    """Which of scan, reference and mask could be compared by their shape only, because the record has no SHA-256 of
+    them."""
 
     @property
     def same(self) -> bool:

@@ -23,8 +23,6 @@ from debulk.results.finding import Finding
 from debulk.risk import risk
 from debulk.verdict import Verdict
 
-__all__ = ["out_of_place", "report", "too_late"]
-
 log = logging.getLogger("debulk")
 
 

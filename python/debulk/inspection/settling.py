@@ -17,8 +17,6 @@ from debulk.results.report import PocketReport
 from debulk.results.unsettled import Later, UnsettledPocket
 from debulk.workers import Workers
 
-__all__ = ["unsettled"]
-
 
 def unsettled(report: Report, seen: Seen) -> Report:
     """Return the report with what makes the nets and minima that its verdict did not need, if there are any.

@@ -22,8 +22,6 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.given import Given
 from debulk.results.trace import ArrayTrace, Trace
 
-__all__ = ["Tracing", "checked_context", "now_utc"]
-
 
 class Tracing:
     """The part of the record that all inspections of one inspector have in common."""

@@ -12,8 +12,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["findings"]
-
 
 def findings(approved: Sequence[Approval] | None, recipe: Recipe) -> list[Finding]:
     """Return UNDECIDED for a recipe that is none of the approved ones; nothing if no approval is asked for."""

@@ -12,28 +12,19 @@ from debulk.inspection.checks.seen import Seen
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
 
-__all__ = ["Check", "findings_of"]
-
 log = logging.getLogger("debulk")
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that can make the verdict of a layup worse, or that a reader of the report must know.
-
-    Attributes
-    ----------
-    name
-        Name of its findings; what it looks at and its limit stand under this name in `debulk.results.check_texts`.
-    look
-        Returns the findings, from what was seen.
-    limits
-        Its thresholds that no recipe has: a frozen dataclass for each instrument, with comments as docs/checks.md has.
-    """
+    """One thing that can make the verdict of a layup worse, or that a reader of the report must know."""
 
     name: str
+    """Name of its findings; what it looks at and its limit stand under this name in `debulk.results.check_texts`."""
     look: Callable[[Seen], Iterable[Finding]]
+    """Returns the findings, from what was seen."""
     limits: tuple[Any, ...] = ()
+    """Its thresholds that no recipe has: a frozen dataclass of each instrument; docs/checks.md shows its comments."""
 
 
 def findings_of(checks: Sequence[Check], seen: Seen) -> tuple[Finding, ...]:

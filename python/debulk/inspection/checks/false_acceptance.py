@@ -8,8 +8,6 @@ from debulk.results.finding import Finding
 from debulk.risk import risk
 from debulk.verdict import Verdict
 
-__all__ = ["findings"]
-
 
 def findings(seen: Seen) -> list[Finding]:
     """Return UNDECIDED if that probability is above ``verdict.max_risk``, or not known; nothing if that is not set."""

@@ -28,8 +28,6 @@ from debulk.inspection.rawscan import (
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
 
-__all__ = ["CHECKS"]
-
 
 def _of_place(name: str) -> Callable[[Seen], list[Finding]]:
     """Return the look of a check of the scan's place, of which the first one that fails is known."""

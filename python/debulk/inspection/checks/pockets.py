@@ -8,8 +8,6 @@ from debulk.inspection.holes import unseen
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
 
-__all__ = ["audit", "counts", "coverage", "deadline", "not_seen", "outline", "pockets", "reference", "search"]
-
 _GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
 _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is not given; give it")
 

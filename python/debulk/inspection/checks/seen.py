@@ -19,27 +19,19 @@ from debulk.results.chain import ChainReport
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport
 
-__all__ = ["Judged", "Recognised", "Seen"]
-
 
 @dataclass(frozen=True)
 class Judged:
-    """The pockets of a scan, and the bumps judged as pockets: all sequences are in the same order.
-
-    Attributes
-    ----------
-    pockets, evaluations
-        Each pocket, and what became of it: first the pockets found, then the bumps judged as pockets.
-    reports
-        The reports of the evaluations, in which pockets that exceed the limit only together name each other.
-    bumps
-        All bumps below the tolerances.
-    """
+    """The pockets of a scan, and the bumps judged as pockets: all sequences are in the same order."""
 
     pockets: Sequence[FoundPocket]
     evaluations: Sequence[Evaluation]
+    """`pockets`, `evaluations`: each pocket, and what became of it: first the pockets found, then the bumps judged as
+    pockets."""
     reports: tuple[PocketReport, ...]
+    """The reports of the evaluations, in which pockets that exceed the limit only together name each other."""
     bumps: Sequence[Bump]
+    """All bumps below the tolerances."""
 
 
 class Recognised(NamedTuple):
@@ -52,40 +44,26 @@ class Recognised(NamedTuple):
 
 @dataclass(frozen=True)
 class Seen:
-    """What the checks look at, once all pockets are judged.
-
-    Attributes
-    ----------
-    ply
-        The ply and the recipe.
-    placed
-        Whether scan and reference belong together.
-    found
-        The pockets, how much of the ply is known, and the runs of the fibres.
-    plateaus
-        Findings on flat places with a sharp edge.
-    judged
-        The pockets with their verdicts.
-    riders
-        Findings on narrow bumps on top of pockets and bumps, which are looked for only where all pockets cease.
-    standing, filled
-        What the raw scan shows.
-    recognised
-        How the scan compares with the chain that was qualified; None: no chain was given.
-    humps
-        Humps of the reference that look like pockets of the ply before.
-    approved
-        The recipes that the cell's owner approved; None: no approval is asked for.
-    """
+    """What the checks look at, once all pockets are judged."""
 
     ply: PlyOnMold
+    """The ply and the recipe."""
     placed: Placed
+    """Whether scan and reference belong together."""
     found: Found
+    """The pockets, how much of the ply is known, and the runs of the fibres."""
     plateaus: Sequence[Finding]
+    """Findings on flat places with a sharp edge."""
     judged: Judged
+    """The pockets with their verdicts."""
     riders: Sequence[Finding]
+    """Findings on narrow bumps on top of pockets and bumps, which are looked for only where all pockets cease."""
     standing: Standing
     filled: Filled
+    """`standing`, `filled`: what the raw scan shows."""
     recognised: Recognised | None = None
+    """How the scan compares with the chain that was qualified; None: no chain was given."""
     humps: tuple[Hump, ...] = ()
+    """Humps of the reference that look like pockets of the ply before."""
     approved: tuple[Approval, ...] | None = None
+    """The recipes that the cell's owner approved; None: no approval is asked for."""

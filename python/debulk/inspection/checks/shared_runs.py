@@ -24,8 +24,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.ply.fibre_runs import ScanRuns
 
-__all__ = ["findings", "named"]
-
 _NAMED = 3  # so many pockets and so many bumps at most are named in a reason
 _APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this
 

@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike
 from debulk import _core
 from debulk.cloud import as_cloud
 
-__all__ = ["PinholeImage", "fit_camera"]
-
 
 class PinholeImage(NamedTuple):
     """The image of a pinhole camera that stands at the origin of the scanner's frame and looks along +z; in pixels."""

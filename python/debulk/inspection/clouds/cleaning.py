@@ -16,8 +16,6 @@ from debulk.recipe import options
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["as_points", "check_mask", "clean", "hide", "is_plain", "masked", "owned", "pieces", "slices"]
-
 Cloud = NDArray[np.float32]
 _PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
 

@@ -11,27 +11,19 @@ from numpy.typing import NDArray
 from debulk import _core, foreign, origin
 from debulk.inspection.clouds.cleaning import is_plain, slices
 
-__all__ = ["NEAR", "FarPlace"]
-
 Floats = NDArray[np.float64]
 _COARSE_MM = 0.01  # a tenth of the level's tolerance
 
 
 @dataclass(frozen=True, eq=False)
 class FarPlace:
-    """The shift that an inspector's clouds have in common.
-
-    Attributes
-    ----------
-    shift_mm
-        (3,) what is subtracted from all clouds before they are rounded to float32; None: nothing, because the reference
-        is not far from the origin (`debulk.origin.FAR_MM`). It is only subtracted where a pose can add it back.
-    rounded_mm
-        To how many mm the reference's coordinates had been rounded when it came; 0: to less than what matters.
-    """
+    """The shift that an inspector's clouds have in common."""
 
     shift_mm: Floats | None = None
+    """(3,) what is subtracted from all clouds before they are rounded to float32; None: nothing, because the reference
+    is not far from the origin (`debulk.origin.FAR_MM`). It is only subtracted where a pose can add it back."""
     rounded_mm: float = 0.0
+    """To how many mm the reference's coordinates had been rounded when it came; 0: to less than what matters."""
 
     @classmethod
     def of(cls, reference: Any, mold_from_scanner: Floats | None, camera: Floats | None) -> FarPlace:

@@ -17,8 +17,6 @@ from debulk.inspection.clouds.cleaning import pieces
 from debulk.results.trace import ArrayTrace
 from debulk.workers import Workers
 
-__all__ = ["Hash", "in_parallel", "of_cloud", "of_mask"]
-
 Hash = Literal["sha256", "xxh3"]
 _MAKE: dict[Hash, Callable[[], Any]] = {"sha256": hashlib.sha256, "xxh3": xxhash.xxh3_128}
 

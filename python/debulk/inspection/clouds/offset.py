@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection.clouds.cleaning import pieces
 
-__all__ = ["raised"]
-
 
 def raised(
     scan: NDArray[np.float32],

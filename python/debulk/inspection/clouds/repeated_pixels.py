@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LIMITS", "repeated_reason", "repeated_share"]
-
 
 @dataclass(frozen=True)
 class Limits:

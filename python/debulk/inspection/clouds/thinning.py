@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Thinned", "complete", "pitch_of", "thinned"]
-
 _POINTS = 30_000  # about 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)  # sides of the cells that are tried
 _MANY = 20  # cells per point in the box of the points, up to which cells are counted by marks
@@ -17,18 +15,12 @@ _CROWD = 6  # points per filled cell: with so many, hardly a cell of the surface
 
 
 class Thinned(NamedTuple):
-    """Some points of a cloud, NaN where nothing was seen.
-
-    Attributes
-    ----------
-    points
-        (N, 3).
-    each
-        Number of the cloud's points that each of these stands for.
-    """
+    """Some points of a cloud, NaN where nothing was seen."""
 
     points: NDArray[np.float32]
+    """(N, 3)."""
     each: int
+    """Number of the cloud's points that each of these stands for."""
 
 
 def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) -> Thinned:

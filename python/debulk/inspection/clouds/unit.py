@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from debulk.grid import Grid
 from debulk.results.finding import Reason
 
-__all__ = ["unit_reason", "width_of"]
-
 Floats = NDArray[np.float64]
 _UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
 

@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.inspection.clouds.thinning import complete
 
-__all__ = ["refuse_marks"]
-
 _MOST = 0.001  # of the points may share a place, as in files
 _FEW = 3  # points of a sample may share a place, by rounding or by chance at the origin
 

@@ -15,8 +15,6 @@ from debulk.inspection.clouds.thinning import complete
 if TYPE_CHECKING:
     from debulk.surface import Reference
 
-__all__ = ["CloudImage", "laid_out"]
-
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
@@ -30,22 +28,15 @@ _AROUND = 5  # pixels along the side of the window from which a pixel's slope is
 
 @dataclass(frozen=True, eq=False)
 class CloudImage:
-    """An image of some of a list's points, one for each pixel.
-
-    Attributes
-    ----------
-    points
-        (H, W, 3), scanner's frame, NaN where a pixel holds none: the points as they came.
-    heights
-        (H, W, 3) the pixels' middles in mold XY, and the heights above the reference there. A point lies anywhere in
-        its pixel. Its height is moved to the middle along the slope of the heights around.
-    pitch_mm
-        Side of a pixel.
-    """
+    """An image of some of a list's points, one for each pixel."""
 
     points: Cloud
+    """(H, W, 3), scanner's frame, NaN where a pixel holds none: the points as they came."""
     heights: Cloud
+    """(H, W, 3) the pixels' middles in mold XY, and the heights above the reference there. A point lies anywhere in its
+    pixel. Its height is moved to the middle along the slope of the heights around."""
     pitch_mm: float
+    """Side of a pixel."""
 
     @property
     def step_mm(self) -> float:

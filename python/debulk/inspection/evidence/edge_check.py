@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.grid import Grid
 
-__all__ = ["EdgeFit", "Outline"]
-
 Floats = NDArray[np.float64]
 
 
@@ -40,27 +38,20 @@ LIMITS = Limits()
 
 @dataclass(frozen=True, eq=False)
 class EdgeFit:
-    """How the outline fits the scan.
-
-    Attributes
-    ----------
-    judged
-        Number of the stretches that were judged: the scan shows ply and reference beside them, and no pocket.
-    off_share
-        Share of these in which the edge does not lie on the outline.
-    far_row
-        Largest number of consecutive ones in which the edge lies 20 mm or more away, as where the outline cuts off a
-        side of the ply.
-    off_mm, at_mm
-        Distance of the edge from the outline, positive outside it, and (2,) the place, both in the middle of the
-        longest row of stretches in which the edge does not lie on the outline; NaN if there is no such stretch.
-    """
+    """How the outline fits the scan."""
 
     judged: int
+    """Number of the stretches that were judged: the scan shows ply and reference beside them, and no pocket."""
     off_share: float
+    """Share of these in which the edge does not lie on the outline."""
     far_row: int
+    """Largest number of consecutive ones in which the edge lies 20 mm or more away, as where the outline cuts off a
+    side of the ply."""
     off_mm: float
     at_mm: Floats
+    """`off_mm`, `at_mm`: distance of the edge from the outline, positive outside it, and (2,) the place, both in the
+    middle of the longest row of stretches in which the edge does not lie on the outline; NaN if there is no such
+    stretch."""
 
 
 class Outline:

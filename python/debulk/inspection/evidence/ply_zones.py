@@ -13,8 +13,6 @@ from debulk.grid import Grid
 from debulk.inspection.evidence.medians import ERROR, OF_QUARTILES
 from debulk.inspection.evidence.sample import Sample
 
-__all__ = ["Blocks", "PlyZones"]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -29,27 +27,18 @@ _CORNERS = 100  # so many corners of an outline are enough to leave out what lie
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Squares of the ply with the medians of their heights.
-
-    Attributes
-    ----------
-    xy_mm
-        (B, 2) middles.
-    height_mm
-        (B,) medians above the datum.
-    error_mm
-        (B,) standard errors of these medians, from the quartiles of the heights.
-    side_mm
-        Side of the squares.
-    ply_share
-        Share of the ply's area that lies in them.
-    """
+    """Squares of the ply with the medians of their heights."""
 
     xy_mm: Floats
+    """(B, 2) middles."""
     height_mm: Floats
+    """(B,) medians above the datum."""
     error_mm: Floats
+    """(B,) standard errors of these medians, from the quartiles of the heights."""
     side_mm: float
+    """Side of the squares."""
     ply_share: float
+    """Share of the ply's area that lies in them."""
 
 
 class PlyZones:

@@ -14,8 +14,6 @@ from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
 from debulk.surface import Reference
 
-__all__ = ["RawPoints"]
-
 Cloud = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 Floats = NDArray[np.float64]

@@ -16,50 +16,34 @@ from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
 
-__all__ = ["Sample", "sample_of", "sampled"]
-
 Floats = NDArray[np.float64]
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Some points of a scan, mold frame.
-
-    Attributes
-    ----------
-    points_mm
-        (N, 3), all finite.
-    height_mm
-        (N,) heights above the reference along z; NaN where the reference was not seen.
-    each
-        Number of the scan's points that each of these stands for.
-    same
-        (N,) which of the points are in the reference cloud, bit for bit; all False if that is not known.
-    removed_mm
-        Offset that was subtracted from the heights.
-    pitch_mm
-        Distance from point to point of the scan, where it shows the ply; inf: not known.
-    repeated
-        Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`.
-    apart_mm
-        Distance of two layers in one list of points; 0: one layer. See `two_layers`.
-    image
-        Whether the scan is an image.
-    inside
-        Results of `PlyZones.inside`, by the zones, kept because several checks ask for them.
-    """
+    """Some points of a scan, mold frame."""
 
     points_mm: Floats
+    """(N, 3), all finite."""
     height_mm: Floats
+    """(N,) heights above the reference along z; NaN where the reference was not seen."""
     each: int
+    """Number of the scan's points that each of these stands for."""
     same: NDArray[np.bool_]
+    """(N,) which of the points are in the reference cloud, bit for bit; all False if that is not known."""
     removed_mm: float = 0.0
+    """Offset that was subtracted from the heights."""
     pitch_mm: float = np.inf
+    """Distance from point to point of the scan, where it shows the ply; inf: not known."""
     repeated: float = 0.0
+    """Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`."""
     apart_mm: float = 0.0
+    """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
     image: bool = True
+    """Whether the scan is an image."""
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
+    """Results of `PlyZones.inside`, by the zones, kept because several checks ask for them."""
 
     def lowered(self, offset_mm: float) -> Sample:
         """Return the same points, lower by this offset."""

@@ -12,18 +12,6 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection.clouds.thinning import complete
 
-__all__ = [
-    "SIDE",
-    "QuietSquares",
-    "Squares",
-    "quiet_pixels",
-    "quiet_squares",
-    "some_on_ply",
-    "squares_of",
-    "steps_hide",
-    "touching",
-]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Whole = NDArray[np.int64]
@@ -60,19 +48,13 @@ LIMITS = Limits()
 
 @dataclass(frozen=True, eq=False)
 class Squares:
-    """A lattice of squares of pixels, which may overlap.
-
-    Attributes
-    ----------
-    rows, columns
-        Rows and columns of the squares' first pixels.
-    step
-        Pixels from one square to the next, along rows and columns.
-    """
+    """A lattice of squares of pixels, which may overlap."""
 
     rows: Whole
     columns: Whole
+    """`rows`, `columns`: rows and columns of the squares' first pixels."""
     step: int
+    """Pixels from one square to the next, along rows and columns."""
 
     def middles(self, scan: Cloud, index: Whole) -> Cloud:
         """Return the (N, 3) points in the middle of the squares with these numbers, counted row by row."""
@@ -82,18 +64,12 @@ class Squares:
 
 @dataclass(frozen=True, eq=False)
 class QuietSquares:
-    """Which squares of a scan carry no noise.
-
-    Attributes
-    ----------
-    squares
-        (R, C) True for the squares without noise.
-    unknown
-        Why a lack of noise would go undetected in other squares; empty: it would be detected.
-    """
+    """Which squares of a scan carry no noise."""
 
     squares: Bools
+    """(R, C) True for the squares without noise."""
     unknown: str = ""
+    """Why a lack of noise would go undetected in other squares; empty: it would be detected."""
 
 
 def squares_of(shape: tuple[int, ...], pitch_mm: float, wide_mm: float) -> Squares | None:

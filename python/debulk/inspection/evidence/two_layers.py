@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.setup import Setup
 
-__all__ = ["layers_apart_mm", "layers_reason"]
-
 Floats = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from debulk.inspection.find.found import Found
     from debulk.inspection.ply.setup import Setup
 
-__all__ = ["masked_holes"]
-
 _STEP_MM = 2.0
 _LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missing in addition to the masked ones
 

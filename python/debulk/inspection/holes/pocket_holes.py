@@ -16,8 +16,6 @@ from debulk.inspection.find.windows import cells_round, cut_out, grown
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 
-__all__ = ["BRIDGE_MM", "PocketHoles", "holes_of", "listed_hole", "rim_share"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
@@ -31,27 +29,18 @@ _NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells fro
 
 @dataclass(frozen=True, eq=False)
 class PocketHoles:
-    """The holes beside a pocket, in a window of the height map.
-
-    Attributes
-    ----------
-    heights
-        Heights of the ply above the reference in the window, NaN where nothing is known.
-    unknown
-        (ny, nx): the cells of the holes that border on the pocket's foot or lie within it.
-    pocket
-        (ny, nx): the cells of the pocket itself, above the cut.
-    holes
-        These holes, largest first.
-    rim_share
-        Share of the foot's perimeter that runs along them.
-    """
+    """The holes beside a pocket, in a window of the height map."""
 
     heights: Grid
+    """Heights of the ply above the reference in the window, NaN where nothing is known."""
     unknown: Flags
+    """(ny, nx): the cells of the holes that border on the pocket's foot or lie within it."""
     pocket: Flags
+    """(ny, nx): the cells of the pocket itself, above the cut."""
     holes: tuple[HoleBeside, ...]
+    """These holes, largest first."""
     rim_share: float
+    """Share of the foot's perimeter that runs along them."""
 
 
 def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:

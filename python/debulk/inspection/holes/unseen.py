@@ -20,8 +20,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["findings", "holes", "left_out", "open_rim", "single_points", "standing_mm"]
-
 
 @dataclass(frozen=True)
 class Limits:

@@ -17,8 +17,6 @@ from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.raw_points import HIGHEST_MM
 from debulk.results.area import in_cm2
 
-__all__ = ["Beyond", "beyond_reason", "find_beyond"]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Whole = NDArray[np.int64]
@@ -57,21 +55,14 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Beyond:
-    """A piece of ply, or a bump, outside the outline.
-
-    Attributes
-    ----------
-    at_mm
-        A place in its middle, mold XY.
-    area_mm2
-        Its area within 40 mm of the outline.
-    height_mm
-        Its median height above the reference.
-    """
+    """A piece of ply, or a bump, outside the outline."""
 
     at_mm: tuple[float, float]
+    """A place in its middle, mold XY."""
     area_mm2: float
+    """Its area within 40 mm of the outline."""
     height_mm: float
+    """Its median height above the reference."""
 
 
 def find_beyond(

@@ -10,8 +10,6 @@ from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample
 from debulk.results.finding import Reason
 
-__all__ = ["few_squares_reason"]
-
 _SEEN = 0.8  # of the ply: if more was seen, squares are missing for another reason than an incomplete scan
 _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
 

@@ -12,8 +12,6 @@ from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.results.level import Level
 
-__all__ = ["Deviation", "departure", "deviation", "level_of"]
-
 Floats = NDArray[np.float64]
 _BISQUARE = 4.685  # constant of Tukey's weights: 95 % efficient for normally distributed values
 _ROUNDS = 8
@@ -39,33 +37,22 @@ LIMITS = Limits()
 
 @dataclass(frozen=True, eq=False)
 class Deviation:
-    """By how much each square of the ply is off one thickness above the reference, and how much a fit explains.
-
-    Attributes
-    ----------
-    xy_mm
-        (B, 2) middles of the squares.
-    residual_mm
-        (B,) the deviations, as `departure` returns them.
-    error_mm
-        (B,) standard errors of the residuals.
-    fits_mm
-        (3, B) values of the median, and of a robustly fitted plane and paraboloid.
-    middle_mm
-        Value of the plane in the middle of the ply.
-    slope
-        (2,) slope of the plane, mm per mm.
-    bow_mm
-        Range of the paraboloid's second-order part.
-    """
+    """By how much each square of the ply is off one thickness above the reference, and how much a fit explains."""
 
     xy_mm: Floats
+    """(B, 2) middles of the squares."""
     residual_mm: Floats
+    """(B,) the deviations, as `departure` returns them."""
     error_mm: Floats
+    """(B,) standard errors of the residuals."""
     fits_mm: Floats
+    """(3, B) values of the median, and of a robustly fitted plane and paraboloid."""
     middle_mm: float
+    """Value of the plane in the middle of the ply."""
     slope: Floats
+    """(2,) slope of the plane, mm per mm."""
     bow_mm: float
+    """Range of the paraboloid's second-order part."""
 
     def off(self, tol_mm: float) -> NDArray[np.int64]:
         """Return -1 for each square that lies too low, 1 for each that lies too high, and 0 for the others.

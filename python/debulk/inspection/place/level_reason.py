@@ -16,8 +16,6 @@ from debulk.results.level import Level
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["edge_reason", "level_reason", "same_reason"]
-
 
 def same_reason(share: float) -> str:
     """Say that scan and reference are the same cloud."""

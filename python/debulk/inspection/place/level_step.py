@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from debulk.inspection.clouds.products import product
 from debulk.inspection.place.level import Deviation
 
-__all__ = ["Step", "step_of"]
-
 Floats = NDArray[np.float64]
 _WAYS = 36  # directions that are tried, 5 degrees apart
 _PLACES = 60  # along each direction, at most
@@ -25,27 +23,18 @@ _SAME_MM = 1e-6  # squares nearer to each other across the line lie in one row a
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Where the level steps up.
-
-    Attributes
-    ----------
-    height_mm
-        Height of the higher side above the other.
-    share
-        Share of the squares that lie on the higher side.
-    at_mm
-        (2,) a place on the line between both sides.
-    line_deg
-        Direction of that line from x, 0 to 180.
-    rest_mm
-        (B,) deviations of the squares after subtracting the step.
-    """
+    """Where the level steps up."""
 
     height_mm: float
+    """Height of the higher side above the other."""
     share: float
+    """Share of the squares that lie on the higher side."""
     at_mm: Floats
+    """(2,) a place on the line between both sides."""
     line_deg: float
+    """Direction of that line from x, 0 to 180."""
     rest_mm: Floats
+    """(B,) deviations of the squares after subtracting the step."""
 
 
 def step_of(found: Deviation, order: int) -> Step | None:

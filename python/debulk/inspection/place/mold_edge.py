@@ -21,8 +21,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["BelowEdge", "parted"]
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -40,21 +38,14 @@ LIMITS = Limits()
 
 @dataclass(frozen=True, eq=False)
 class BelowEdge:
-    """The part of the reference below the mold's edge, which is taken for a table if a scan shows nothing on it.
-
-    Attributes
-    ----------
-    heights
-        Heights of the reference there, mm; NaN elsewhere.
-    share
-        Its share of the known part of the reference.
-    laid_mm
-        The ply's thickness; what stands half of it above the table may be a ply.
-    """
+    """The part of the reference below the mold's edge, which is taken for a table if a scan shows nothing on it."""
 
     heights: Grid
+    """Heights of the reference there, mm; NaN elsewhere."""
     share: float
+    """Its share of the known part of the reference."""
     laid_mm: float
+    """The ply's thickness; what stands half of it above the table may be a ply."""
 
     def finding(self, sample: Sample) -> Finding | None:
         """Say that a ply, or something else, lies there; None if the scan does not stand above the reference there."""

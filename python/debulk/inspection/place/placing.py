@@ -35,8 +35,6 @@ from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
 
-__all__ = ["Placed", "Placing"]
-
 Floats = NDArray[np.float64]
 
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from debulk.inspection.reference.prepared import Prepared
     from debulk.recipe import Recipe
 
-__all__ = ["Plateau", "find", "findings"]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -64,21 +62,14 @@ _BESIDE = np.ones((3, 3), np.uint8)
 
 @dataclass(frozen=True)
 class Plateau:
-    """A flat place with a sharp edge.
-
-    Attributes
-    ----------
-    centre_mm
-        Mold XY.
-    area_mm2
-        Area of the cells that make it up, at about half of its height.
-    off_mm
-        Height above the laid ply; negative below it.
-    """
+    """A flat place with a sharp edge."""
 
     centre_mm: tuple[float, float]
+    """Mold XY."""
     area_mm2: float
+    """Area of the cells that make it up, at about half of its height."""
     off_mm: float
+    """Height above the laid ply; negative below it."""
 
 
 def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding]:

@@ -19,8 +19,6 @@ from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
 
-__all__ = ["too_steep"]
-
 Floats = NDArray[np.float64]
 
 

@@ -11,8 +11,6 @@ from debulk.verdict import natural_length
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["friction_length"]
-
 
 def friction_length(recipe: Recipe) -> float:
     """Return the length of flat ply, mm, that a fold as high as the limit can move against friction: H / (mu P).

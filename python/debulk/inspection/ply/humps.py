@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from debulk.inspection.ply.ply_on_mold import PlyOnMold
     from debulk.recipe import Recipe
 
-__all__ = ["Hump", "findings", "humps_of", "left_out", "named"]
-
 Floats = NDArray[np.float64]
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
@@ -44,23 +42,18 @@ _FOOT = 0.05  # of its height: where a hump begins
 
 @dataclass(frozen=True)
 class Hump:
-    """A hump of the reference.
-
-    Attributes
-    ----------
-    place_mm
-        Mold XY of its top.
-    height_mm, area_mm2
-        Above the surface that its surroundings predict, and the area of what stands above half of that.
-    excess_mm, ridge_mm
-        Of the fibre over it that is longest, compared with that surface, and the ridge that this makes.
-    """
+    """A hump of the reference."""
 
     place_mm: tuple[float, float]
+    """Mold XY of its top."""
     height_mm: float
     area_mm2: float
+    """`height_mm`, `area_mm2`: above the surface that its surroundings predict, and the area of what stands above half
+    of that."""
     excess_mm: float
     ridge_mm: float
+    """`excess_mm`, `ridge_mm`: of the fibre over it that is longest, compared with that surface, and the ridge that
+    this makes."""
 
 
 def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:

@@ -11,8 +11,6 @@ from debulk import arrays
 from debulk._core import InputError
 from debulk.arguments import of_type
 
-__all__ = ["camera_parameters", "image_mask", "kept", "outline", "pose"]
-
 Floats = NDArray[np.float64]
 Kept = TypeVar("Kept", bound=np.generic)
 

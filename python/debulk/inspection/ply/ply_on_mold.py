@@ -23,27 +23,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class PlyOnMold:
-    """Everything that the evaluation of a pocket needs besides the pocket itself.
-
-    Attributes
-    ----------
-    reference
-        The surface below the ply.
-    outline
-        (M, 2), mold XY, mm; None: not known.
-    fibre_angles_deg
-        Two angles, or a Grid of them with NaN where nothing is known.
-    recipe
-        All settings.
-    turned
-        How far measured fibres run from nominal ones; None: not both are given.
-    """
+    """Everything that the evaluation of a pocket needs besides the pocket itself."""
 
     reference: Reference
+    """The surface below the ply."""
     outline: Floats | None
+    """(M, 2), mold XY, mm; None: not known."""
     fibre_angles_deg: Floats | Grid
+    """Two angles, or a Grid of them with NaN where nothing is known."""
     recipe: Recipe
+    """All settings."""
     turned: angle_field.Turned | None = None
+    """How far measured fibres run from nominal ones; None: not both are given."""
 
     @classmethod
     def of(

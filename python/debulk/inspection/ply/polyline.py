@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["axis", "direction_deg", "distance_mm", "length_mm"]
-
 Floats = NDArray[np.float64]
 
 

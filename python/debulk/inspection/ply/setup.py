@@ -14,31 +14,21 @@ from debulk.inspection.reference.prepared import Prepared
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Setup"]
-
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """What is made once from all that an inspector is given, and read by everything that looks at a scan.
-
-    Attributes
-    ----------
-    prepared
-        The reference, and the camera's image if there is one. Without an outline, it ends at the mold's edge.
-    ply
-        The ply on it, and the recipe.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame.
-    mask
-        (H, W), True where an image is not to be used, or None.
-    """
+    """What is made once from all that an inspector is given, and read by everything that looks at a scan."""
 
     prepared: Prepared
+    """The reference, and the camera's image if there is one. Without an outline, it ends at the mold's edge."""
     ply: PlyOnMold
+    """The ply on it, and the recipe."""
     mold_from_scanner: Floats | None
+    """(4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame."""
     mask: NDArray[np.bool_] | None = None
+    """(H, W), True where an image is not to be used, or None."""
 
     @property
     def outline(self) -> Floats | None:

@@ -18,8 +18,6 @@ from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.reference.prepared import Prepared
 
-__all__ = ["EdgeSpread"]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Cloud = NDArray[np.float32]

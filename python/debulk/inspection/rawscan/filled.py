@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from debulk.inspection.ply.setup import Setup
     from debulk.recipe import Recipe
 
-__all__ = ["Filled", "FilledSearch", "Patch"]
-
 Floats = NDArray[np.float64]
 
 
@@ -61,40 +59,26 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Patch:
-    """A part of the scan that carries no noise.
-
-    Attributes
-    ----------
-    centre_mm
-        Mold XY.
-    area_mm2
-        Approximate area.
-    height_mm
-        Largest height above the reference.
-    """
+    """A part of the scan that carries no noise."""
 
     centre_mm: tuple[float, float]
+    """Mold XY."""
     area_mm2: float
+    """Approximate area."""
     height_mm: float
+    """Largest height above the reference."""
 
 
 @dataclass(frozen=True)
 class Filled:
-    """What a scan shows of the software that processed it.
-
-    Attributes
-    ----------
-    patches
-        The patches that carry no measuring noise.
-    unknown
-        Why some or all patches could not be found; empty if they could.
-    smoothed
-        Signs that the whole scan was smoothed.
-    """
+    """What a scan shows of the software that processed it."""
 
     patches: tuple[Patch, ...] = ()
+    """The patches that carry no measuring noise."""
     unknown: str = ""
+    """Why some or all patches could not be found; empty if they could."""
     smoothed: Smoothed = field(default_factory=Smoothed)
+    """Signs that the whole scan was smoothed."""
 
     def findings(self, recipe: Recipe) -> list[Finding]:
         """Judge each patch as a hole of its size: INVALID if it stands up, else UNDECIDED, as it may hide a pocket."""

@@ -21,8 +21,6 @@ from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 
-__all__ = ["NarrowBump", "bell_excess_mm", "critical", "findings", "left_out", "not_looked_for"]
-
 
 @dataclass(frozen=True)
 class Limits:
@@ -44,24 +42,18 @@ _BELL_MM = 2.0  # height of the bell that serves as an example in the reports
 
 @dataclass(frozen=True)
 class NarrowBump:
-    """A bump as the raw scan shows it.
-
-    Attributes
-    ----------
-    top_mm
-        Mold XY of its top.
-    height_mm, width_mm, length_mm
-        Height above its surroundings; width and length at half that height.
-    excess_mm, ridge_mm
-        Excess length of a fibre across it if it is a bell, and the ridge that this excess makes.
-    """
+    """A bump as the raw scan shows it."""
 
     top_mm: tuple[float, float]
+    """Mold XY of its top."""
     height_mm: float
     width_mm: float
     length_mm: float
+    """`height_mm`, `width_mm`, `length_mm`: height above its surroundings; width and length at half that height."""
     excess_mm: float
     ridge_mm: float
+    """`excess_mm`, `ridge_mm`: excess length of a fibre across it if it is a bell, and the ridge that this excess
+    makes."""
 
 
 def bell_excess_mm(height_mm: float, wide_mm: float) -> float:

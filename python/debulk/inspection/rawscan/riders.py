@@ -22,25 +22,16 @@ from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
-__all__ = ["Carrier", "Rider", "carriers", "findings", "riders_on"]
-
 
 class Carrier(NamedTuple):
-    """Something that a narrow bump may ride on: a pocket, or a wider bump below the tolerances.
-
-    Attributes
-    ----------
-    name
-        Its name in words.
-    found
-        The place where it stands.
-    own_excess_mm
-        Largest excess length that its own fibres may have, mm.
-    """
+    """Something that a narrow bump may ride on: a pocket, or a wider bump below the tolerances."""
 
     name: str
+    """Its name in words."""
     found: FoundPocket
+    """The place where it stands."""
     own_excess_mm: float
+    """Largest excess length that its own fibres may have, mm."""
 
 
 class Rider(NamedTuple):

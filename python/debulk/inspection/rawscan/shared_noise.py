@@ -12,8 +12,6 @@ from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.repeated_depths import depths_repeat
 
-__all__ = ["noise_is_shared"]
-
 Floats = NDArray[np.float64]
 
 

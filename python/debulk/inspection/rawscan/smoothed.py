@@ -20,8 +20,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.ply.setup import Setup
 
-__all__ = ["Smoothed", "SmoothedSearch"]
-
 Floats = NDArray[np.float64]
 
 
@@ -37,19 +35,13 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Smoothed:
-    """The evidence that a scan was smoothed.
-
-    Attributes
-    ----------
-    shared_mm
-        Distance at which points share their noise; 0: they do not.
-    edge_mm
-        Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
-        not known.
-    """
+    """The evidence that a scan was smoothed."""
 
     shared_mm: float = 0.0
+    """Distance at which points share their noise; 0: they do not."""
     edge_mm: float = 0.0
+    """Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
+    not known."""
 
     def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""

@@ -26,8 +26,6 @@ from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
 
-__all__ = ["Standing", "WrinkleSearch", "findings"]
-
 Cloud = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
@@ -50,24 +48,16 @@ LIMITS = Limits()
 
 @dataclass(frozen=True)
 class Standing:
-    """The result of the search in one scan.
-
-    Attributes
-    ----------
-    wrinkles
-        The wrinkles found, longest first.
-    left_out
-        Wrinkles and narrow bumps that could not be looked for, that the search may miss, or that cannot bear a net.
-    unknown
-        Why it is not known whether wrinkles stand or not; None if it is known.
-    bumps
-        Narrow bumps whose ridge could be above the limit, highest first; None: not looked for.
-    """
+    """The result of the search in one scan."""
 
     wrinkles: tuple[Wrinkle, ...] = ()
+    """The wrinkles found, longest first."""
     left_out: tuple[LeftOut, ...] = ()
+    """Wrinkles and narrow bumps that could not be looked for, that the search may miss, or that cannot bear a net."""
     unknown: Finding | None = None
+    """Why it is not known whether wrinkles stand or not; None if it is known."""
     bumps: tuple[NarrowBump, ...] | None = None
+    """Narrow bumps whose ridge could be above the limit, highest first; None: not looked for."""
 
 
 class WrinkleSearch:

@@ -10,8 +10,6 @@ from debulk._core import InputError
 from debulk.arrays import LARGEST_MM
 from debulk.surface import Reference
 
-__all__ = ["check_cloud_frame", "check_outline_on", "check_tilt", "pose_needed"]
-
 Floats = NDArray[np.float64]
 
 _LEAST_PITCH_MM = 0.03

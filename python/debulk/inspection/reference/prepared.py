@@ -27,8 +27,6 @@ from debulk.results.trace import ArrayTrace
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["Prepared", "prepare"]
-
 log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket
@@ -36,36 +34,25 @@ _LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a poc
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """What an inspector keeps of its reference cloud.
-
-    Attributes
-    ----------
-    reference, seen
-        The smooth surface, and the heights that it was fitted to: NaN where nothing was seen, and where the surface
-        does not follow them.
-    grid_spacing_mm
-        Spacing of the height map.
-    image
-        Image of the pinhole camera that took the cloud; None: no such camera took it.
-    sample
-        (N, 3) some points of the cloud, as `debulk.inspection.clouds.thinning.thinned` takes them. A scan with these
-        points is the reference itself. None: not kept.
-    cloud
-        Shape and fingerprint of the cloud; None: not kept.
-    place
-        The shift of clouds that lie far from the origin of the scanner's frame.
-    thickness_mm
-        Thickness of the ply whose heights are measured above the `datum`.
-    """
+    """What an inspector keeps of its reference cloud."""
 
     reference: surface.Reference
     seen: Grid
+    """`reference`, `seen`: the smooth surface, and the heights that it was fitted to: NaN where nothing was seen, and
+    where the surface does not follow them."""
     grid_spacing_mm: float
+    """Spacing of the height map."""
     image: PinholeImage | None = None
+    """Image of the pinhole camera that took the cloud; None: no such camera took it."""
     sample: NDArray[np.float32] | None = None
+    """(N, 3) some points of the cloud, as `debulk.inspection.clouds.thinning.thinned` takes them. A scan with these
+    points is the reference itself. None: not kept."""
     cloud: ArrayTrace | None = None
+    """Shape and fingerprint of the cloud; None: not kept."""
     place: FarPlace = NEAR
+    """The shift of clouds that lie far from the origin of the scanner's frame."""
     thickness_mm: float = 0.0
+    """Thickness of the ply whose heights are measured above the `datum`."""
 
     @kept
     def datum(self) -> surface.Reference:

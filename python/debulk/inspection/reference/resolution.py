@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from debulk.grid import Grid
     from debulk.recipe import Recipe
 
-__all__ = ["check_neighbours", "check_reference", "coarse_reason"]
-
 Floats = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from debulk._core import InputError
 from debulk.stopping import stopping
 from debulk.workers import Workers
 
-__all__ = ["Cancelled", "Cycle", "Progress", "in_parallel", "watched"]
-
 log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
 Result = TypeVar("Result")

@@ -12,8 +12,6 @@ from debulk._core import InputError
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["check_map", "check_solves"]
-
 Floats = NDArray[np.float64]
 
 _MOST_GB = 4.0  # for a height map and all the maps that are kept beside it

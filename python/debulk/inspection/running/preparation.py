@@ -11,8 +11,6 @@ from debulk.inspection.running.cycle import Cycle, Progress
 from debulk.stopping import known, stopping
 from debulk.workers import Workers
 
-__all__ = ["Preparation"]
-
 Result = TypeVar("Result")
 _BEAT_S = 0.05  # between two calls of the progress function, and so the longest delay until its exception takes effect
 

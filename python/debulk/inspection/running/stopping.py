@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from debulk import _core
 
-__all__ = ["heed"]
-
 
 def heed(stop: _core.Stop | None, what: str) -> None:
     """Raise `Stopped`, with `what` in its message, if the stop is raised or its deadline has passed."""
