@@ -256,3 +256,20 @@ def test_a_locked_part_is_named_from_the_area_of_the_smallest_pocket_on():
     assert fibre_angles.locked(ply(material={"locking_deg": 50.5})) == []
     assert fibre_angles.locked(ply(segmentation={"area_tol_mm2": 401.0})) == []
     assert fibre_angles.locked(PlyOnMold(flat, SQUARE, np.array([0.0, 40.0]), Recipe())) == []
+
+
+def test_a_hemisphere_draped_from_its_side_locks_and_is_not_all_reached():
+    def dome(x, y):
+        r = np.hypot(x, y)
+        return np.sqrt(np.maximum(150.0**2 - r**2, 30.0**2))
+
+    mold, corners = surface_of(dome), 140.0 / 90.0 * SQUARE
+
+    def said(seed):
+        ply = PlyOnMold.of(mold, corners, checked_angles(net.drape(mold, seed, (0, 90), 4.0, corners)), None, Recipe())
+        return {one.check: one for one in (*fibre_angles.findings(None, ply), *fibre_angles.locked(ply))}
+
+    from_top, from_side = said((0, 0)), said((100, -100))
+    assert set(from_top) == {"locked"} and 45 < from_top["locked"].measured < 65
+    assert set(from_side) == {"fibre_angles", "locked"} and from_side["fibre_angles"].at_best is None
+    assert from_side["fibre_angles"].measured > 20_000 and from_side["locked"].measured > 75

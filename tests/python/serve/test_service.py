@@ -15,9 +15,18 @@ import pytest
 from debulk import InputError, Report, Verdict
 from debulk.files.clouds import read_cloud
 from debulk.history import History
+from debulk.net import Draping
+from debulk.recipe import Recipe
 from debulk.serve import events, service
 from debulk.serve.folders import Folders
+from debulk.serve.inspectors import Cell
 from debulk.serve.result import Result
+
+
+def test_a_ply_draped_from_a_place_is_draped_from_there_along_other_angles():
+    cell = Cell(Recipe(), fibre_angles_deg=Draping((1.0, 2.0)))
+    assert cell.changed((45.0, 135.0), None).fibre_angles_deg == Draping((1.0, 2.0), (45.0, 135.0))
+    assert cell.changed(None, None) is cell
 
 
 def test_a_path_is_inspected_and_its_result_can_be_asked_for(running):
