@@ -76,17 +76,19 @@ format: $(stamps)/tools ## Put all files into the house's format
 	.venv/bin/ruff check --fix-only $(python_files)
 	.venv/bin/clang-format -i $(cpp_files)
 
+# Rooms that read files, walk over images by index, or share memory between threads; the others compute with Eigen's matrices.
+rooms ?= core files cloud
+space := $(subst ,, )
+sanitized = $(layer) 'C++ tests under $(1)' '$(quietly) cmake --preset $(1) && \
+	$(quietly) cmake --build --preset $(1) --target $(rooms:%=test_%) && ctest --preset $(1) -j $(2) -R "^($(subst $(space),|,$(strip $(rooms))))\."'
+
 .PHONY: asan
-asan: $(stamps)/system ## Run the C++ tests under the address and undefined-behaviour sanitizers
-	cmake --preset asan
-	cmake --build --preset asan
-	ctest --preset asan -j 2
+asan: $(stamps)/system ## Run the C++ tests under the address and undefined-behaviour sanitizers: make asan rooms="core files"
+	$(call sanitized,asan,2)
 
 .PHONY: tsan
 tsan: $(stamps)/system ## Run the C++ tests under the thread sanitizer
-	cmake --preset tsan
-	cmake --build --preset tsan
-	ctest --preset tsan -j 1
+	$(call sanitized,tsan,1)
 
 # What decides a verdict. The same list is in pyproject.toml (mutmut) and in tests/mutants/cpp.py (UNITS).
 deciding := */debulk/verdict.py,*/debulk/results/compose.py,*/debulk/inspection/place/level*.py
@@ -106,7 +108,12 @@ mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in 
 .PHONY: fuzz
 seconds ?= 60
 fuzz: $(stamps)/tests $(stamps)/fuzz ## Fuzz every reader and loader, for so many seconds each: make fuzz seconds=60
-	cmake/fuzz.sh $(CURDIR)/$(python) $(seconds)
+	$(layer) 'fuzzing' 'cmake/fuzz.sh $(CURDIR)/$(python) $(seconds)'
+
+.PHONY: corpus
+corpus: ## Keep what raised the coverage of make fuzz in tests/fuzz/corpus.tar.xz, where every later run begins
+	tar --sort=name --mtime=@0 --owner=0 --group=0 --exclude='seed*' --exclude='*.log' --exclude=failed \
+		-C build/fuzz_corpus -cJf tests/fuzz/corpus.tar.xz .
 
 .PHONY: house
 house: $(stamps)/venv ## Draw the order of the rooms into docs/house.md

@@ -20,4 +20,5 @@ target_compile_options(debulk_options INTERFACE $<BUILD_INTERFACE:${debulk_bits_
 
 # For sources with wide loops (core/simd_dispatch.inl): what lets the compiler use wide instructions there; none of it changes a
 # bit of the results.
-set(debulk_simd_options -O3 -fno-math-errno -fno-trapping-math -Wno-psabi)
+set(DEBULK_WIDE_LOOPS -O3 CACHE STRING "How hard the compiler works on them; a sanitizer's build is not in a hurry at run time")
+set(debulk_simd_options ${DEBULK_WIDE_LOOPS} -fno-math-errno -fno-trapping-math -Wno-psabi)

@@ -3,13 +3,14 @@
 #
 #   cmake/fuzz.sh PYTHON SECONDS
 #
-# What raised the coverage stays in build/fuzz_corpus, and the next run goes on from there. An input that fails is kept in
-# build/fuzz_corpus/failed, and the run ends with 1.
+# A run begins with tests/fuzz/corpus.tar.xz. What raised the coverage stays in build/fuzz_corpus, and the next run goes on
+# from there. An input that fails is kept in build/fuzz_corpus/failed, and the run ends with an error.
 set -euo pipefail
 export python=$1 seconds=$2
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export root corpus=$root/build/fuzz_corpus
 mkdir -p "$corpus/failed"
+tar -xJf "$root/tests/fuzz/corpus.tar.xz" -C "$corpus" --skip-old-files
 (cd "$root" && cmake --preset fuzz && cmake --build --preset fuzz) >"$corpus/build.log"
 
 one() {
@@ -17,8 +18,10 @@ one() {
     [ "$1" = readers ] && program=("$root/build/fuzz/tests/fuzz/fuzz_readers")
     mkdir -p "$corpus/$1"
     local log=$corpus/$1.log status=0
-    "${program[@]}" "$corpus/$1" "-max_total_time=$seconds" "-artifact_prefix=$corpus/failed/$1-" >"$log" 2>&1 || status=1
-    echo "debulk: fuzzed $1: $(grep -o 'Done [0-9]* runs.*' "$log" || echo "FAILED, see $log")"
+    "${program[@]}" "$corpus/$1" "-max_total_time=$seconds" -timeout=60 "-artifact_prefix=$corpus/failed/$1-" \
+        >"$log" 2>&1 || status=1
+    echo "debulk: fuzzed $1: $(grep -o 'Done [0-9]* runs.*' "$log" || echo FAILED)"
+    [ $status -eq 0 ] || tail -n 40 "$log"
     return $status
 }
 export -f one

@@ -8,9 +8,12 @@ tests/fuzz/found/TARGET/, where a test replays it.
 from __future__ import annotations
 
 import gzip
+import json
+import random
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import atheris
 import cv2
@@ -72,6 +75,35 @@ def _written() -> dict[str, bytes]:
         return {path.stem: path.read_bytes() for path in paths}
 
 
+# What stands where a number, a word or a list is expected.
+ODD = (None, True, -1, 0, 0.5, 1e308, 10**30, float("nan"), float("inf"), "", "NaN", "x" * 300, "\ud800", [], [[]], {})
+
+
+def mutated(data: bytes, most_bytes: int, seed: int) -> bytes:
+    """Change one value in a JSON file; in other files, and in every fourth one, some bytes."""
+    rng = random.Random(seed)
+    try:
+        whole = [json.loads(data[1:])]
+    except (ValueError, RecursionError):
+        whole = []
+    if not whole or rng.random() < 0.25:
+        return bytes(atheris.Mutate(data, most_bytes))
+    # Each value's container and key; more come while they are walked through.
+    places: list[tuple[Any, Any]] = [(whole, 0)]
+    for container, key in places:
+        value = container[key]
+        if isinstance(value, (dict, list)):
+            places += [(value, k) for k in (value if isinstance(value, dict) else range(len(value)))]
+    (container, key), (other, there) = rng.choice(places), rng.choice(places)
+    choice = rng.randrange(4)
+    if choice == 0 and container is not whole:
+        del container[key]
+    else:
+        container[key] = rng.choice(ODD) if choice < 3 else json.loads(json.dumps(other[there]))
+    text = data[:1] + json.dumps(whole[0]).encode()
+    return text if len(text) <= most_bytes else data
+
+
 def main() -> None:
     """Fuzz one target until the time is over or an input fails."""
     target, corpus = sys.argv[1], Path(sys.argv[2])
@@ -81,6 +113,7 @@ def main() -> None:
     atheris.Setup(
         [sys.argv[0], str(corpus), f"-max_len={MOST_BYTES}", *sys.argv[3:]],
         lambda data: bool(one_input(target, data)) and None,
+        custom_mutator=mutated,
     )
     atheris.Fuzz()
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -40,7 +41,11 @@ void parallel_for(long count, long chunk, int threads, const std::function<void(
   };
 
   std::vector<std::thread> others;
-  for (long w = 1; w < workers; ++w) others.emplace_back(work);
+  others.reserve(static_cast<std::size_t>(workers - 1));
+  try {
+    for (long w = 1; w < workers; ++w) others.emplace_back(work);
+  } catch (const std::system_error&) {  // the machine gives no more threads: those that are there do all chunks
+  }
   work();
   for (std::thread& other : others) other.join();
   for (const std::exception_ptr& failure : failures)

@@ -108,8 +108,8 @@ double depth_in(const Part& part, const Component& c, const Mask& marked) {
   relax(nx - 2, -1);
   float deepest = 0;
   for (const Run& run : c.runs) {
-    const float* row = &far[static_cast<std::size_t>(run.row - part.j0 + 1) * nx + 1 - part.i0];
-    deepest = std::max(deepest, *std::max_element(row + run.begin, row + run.end));
+    const float* first = &far[static_cast<std::size_t>(run.row - part.j0 + 1) * nx + (run.begin - part.i0 + 1)];
+    deepest = std::max(deepest, *std::max_element(first, first + (run.end - run.begin)));
   }
   return deepest;
 }

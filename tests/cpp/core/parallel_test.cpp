@@ -1,9 +1,12 @@
 #include "debulk/core/parallel.hpp"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <numeric>
 #include <stdexcept>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 #include "debulk/core/error.hpp"
@@ -33,6 +36,20 @@ TEST(ParallelFor, HandsOnTheFirstFailureInOrderOfChunks) {
     EXPECT_STREQ(error.what(), "30");
   }
   EXPECT_THROW(parallel_for(100, 10, 4, [](long, long) { throw std::runtime_error("any"); }), std::runtime_error);
+}
+
+// Where a thread's stack does not fit into the address space, the system gives none.
+TEST(ParallelFor, DoesAllOnAMachineThatGivesNoThreads) {
+  pthread_attr_t before, huge;
+  ASSERT_EQ(pthread_getattr_default_np(&before), 0);
+  pthread_attr_init(&huge);
+  pthread_attr_setstacksize(&huge, std::size_t{1} << 47);
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  EXPECT_THROW(std::thread([] {}).join(), std::system_error);
+  long visits = 0;  // by this thread alone
+  parallel_for(100, 10, 4, [&](long begin, long end) { visits += end - begin; });
+  pthread_setattr_default_np(&before);
+  EXPECT_EQ(visits, 100);
 }
 
 TEST(ParallelFor, RefusesAnImpossibleChunk) {

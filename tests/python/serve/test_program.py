@@ -15,6 +15,8 @@ from debulk.history import History
 
 pytestmark = pytest.mark.layup
 CALL = "from debulk.cli import main; main()"
+WORDS = ["serve", "--port", "0", "--reference", "ref.npy", "--pose", "pose.txt", "--outline", "outline.csv"]
+WORDS += ["--folder", ".", "--history", "cell.sqlite", "--spool", "."]
 
 
 @pytest.fixture
@@ -35,9 +37,7 @@ def ask(address, method="GET", body=None, kind="application/json"):
 
 
 def test_from_the_command_to_the_verdict_and_to_the_end(cell):
-    words = ["serve", "--port", "0", "--reference", "ref.npy", "--pose", "pose.txt", "--outline", "outline.csv"]
-    words += ["--folder", ".", "--history", "cell.sqlite", "--spool", "."]
-    process = subprocess.Popen([sys.executable, "-c", CALL, *words], cwd=cell, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-c", CALL, *WORDS], cwd=cell, stdout=subprocess.PIPE, text=True)
     try:
         home = re.search(r"http://\S+", process.stdout.readline())[0]
         assert ask(f"{home}health")[0]["ok"]
@@ -62,6 +62,24 @@ def test_from_the_command_to_the_verdict_and_to_the_end(cell):
     other = history.report(turned["record"])
     assert other.trace.fibre_angles_deg.tolist() == [45.0, -45.0] and other.source["inspector"] == "next"
     assert sorted(path.name for path in cell.iterdir() if path.name.startswith("debulk-serve")) == []
+
+
+def test_sigterm_amid_inspections_ends_it_with_a_whole_history_and_no_scan_left(cell):
+    process = subprocess.Popen([sys.executable, "-c", CALL, *WORDS], cwd=cell, stdout=subprocess.PIPE, text=True)
+    try:
+        home = re.search(r"http://\S+", process.stdout.readline())[0]
+        body = (cell / "scan.npy").read_bytes()
+        first, *_ = [
+            ask(f"{home}inspections?name=scan.npy", "POST", body, "application/octet-stream")[1] for _ in range(3)
+        ]
+        ask(f"{home}{first['Location'][1:]}?wait_s=60")
+    finally:
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(30) == 0
+    process.stdout.close()
+    history = History(cell / "cell.sqlite")
+    assert history.check().passed and 1 <= len(history.find()) <= 3
+    assert not list(cell.glob("debulk-serve*"))
 
 
 def test_a_port_that_is_taken_is_named(cell):
