@@ -167,8 +167,14 @@ def test_noise_is_averaged_whatever_half_turns_it_has_and_families_that_change_p
     assert np.abs(mean - noisy.values).max() < 20  # the same one of an axis's directions
     off = (mean - seen.values + 90) % 180 - 90
     assert off[2:-2, 2:-2].std() < 3.0 / 5 * 1.2  # 25 points
-    mixed = np.where(rng.random((*seen.values.shape[:2], 1)) < 0.5, seen.values, seen.values[..., ::-1])
-    assert np.isnan(averaged(Grid(mixed, seen.origin_mm, 5.0)).values).any(axis=2).mean() > 0.9
+    mixed = seen.values.copy()
+    swaps = rng.random((41, 20)) < 0.5  # in one half of the field
+    mixed[:, :20][swaps] = mixed[:, :20][swaps][:, ::-1]
+    known = np.isfinite(averaged(Grid(mixed, seen.origin_mm, 5.0)).values).all(axis=2)
+    assert known[:, :18].mean() < 0.1 and known[:, 23:].all()
+    turns = np.where(np.indices(seen.values.shape).sum(axis=0) % 2 == 0, 0.0, 90.0)
+    with pytest.raises(InputError, match="give the same family first everywhere"):
+        averaged(Grid(turns, seen.origin_mm, 5.0))
 
 
 def test_lines_go_on_across_a_gap_along_what_is_known_nearest():
@@ -239,7 +245,10 @@ def test_angles_that_end_beside_the_ply_are_no_gap_and_those_that_end_on_it_are(
     assert findings_of(ply(40.0, SQUARE), runs)[0] == ("fibre_angles", Verdict.INVALID)
     assert findings_of(ply(40.0, None), runs) == [("fibre_angles", Verdict.INVALID)]
     point = Grid(np.full((3, 3, 2), (0.0, 90.0)), np.array([1e9, 0.0]), 1e-6)  # of another frame, far too fine
-    assert findings_of(PlyOnMold(PLANE, SQUARE, point, Recipe()), runs)[0] == ("fibre_angles", Verdict.INVALID)
+    elsewhere = PlyOnMold.of(PLANE, SQUARE, point, None, Recipe())
+    elsewhere.prepare()
+    assert findings_of(elsewhere, runs)[0] == ("fibre_angles", Verdict.INVALID)
+    assert np.isnan(elsewhere.shear.values).all() and fibre_angles.locked(elsewhere) == []
 
 
 def test_a_locked_part_is_named_from_the_area_of_the_smallest_pocket_on():

@@ -99,8 +99,13 @@ def averaged(field: Grid) -> Grid:
     A sensor's noise is less so, and single drop-outs are no gaps. Where those directions scatter by more than 20
     degrees, as families that change places do, none is known. On a mold with a radius of 400 mm directions 10 mm apart
     differ by less than a degree, as long as the shear is below 30 degrees.
+
+    Raises
+    ------
+    InputError
+        If none is known anywhere.
     """
-    reach = int(_MEAN_MM / field.spacing_mm)
+    reach = min(int(_MEAN_MM / field.spacing_mm), max(field.values.shape))
     if reach < 1:
         return field
     known = np.isfinite(field.values).all(axis=2)
@@ -113,6 +118,11 @@ def averaged(field: Grid) -> Grid:
     mean = np.degrees(np.arctan2(s, c)) / 2
     some = count > 0.5 / (2 * reach + 1) ** 2  # none leave the rounding of sums
     agree = (np.hypot(c, s) > _AGREE * count[..., None]).all(axis=2) & some
+    if not agree.any():
+        raise InputError(
+            "fibre_angles_deg.values: expected directions that agree with those round them within 20 degrees, but none "
+            "do: give the same family first everywhere, or nominal angles (nominal_angles_deg), which tell them apart"
+        )
     near = np.where(known[..., None], field.values + _apart(mean, field.values), mean)
     return Grid(np.where(agree[..., None], near, np.nan), field.origin_mm, field.spacing_mm)
 
