@@ -99,8 +99,7 @@ def next_ply(reference, layup, pose):
         began, used = time.perf_counter(), time.process_time()
         stack.lay_ahead(layup.ply_outline)
         laid = time.perf_counter() - began
-        while stack._ahead.running:
-            time.sleep(0.01)
+        stack._ahead._thread.join()
         ready, processor = time.perf_counter() - began, time.process_time() - used
     return (
         f"the next ply's inspector: lay_ahead() returns after {1e3 * laid:.1f} ms, the inspector is there after "

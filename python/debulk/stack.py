@@ -132,8 +132,9 @@ class Stack:
         """Do what `lay` does while the ply is draped: begin the preparation in a thread of its own, and return at once.
 
         The next `inspect` is of this ply, and waits for what is left of the preparation. The inspector is the same to
-        the last bit. What the preparation raises is raised there, and the ply can be laid again. The first ply's
-        ``mold`` must not change until then. Neither this thread's end nor the interpreter's waits for the preparation.
+        the last bit. What the preparation raises is raised there, by every `inspect` until the ply is laid again, so
+        that none meets the ply before. The first ply's ``mold`` must not change until the inspector is there. Neither
+        the calling thread's end nor the interpreter's waits for the preparation.
 
         Raises
         ------
@@ -145,43 +146,30 @@ class Stack:
         self._ahead = Ahead(lambda progress: self._made(outline, angles, progress))
 
     def cancel(self) -> None:
-        """End the preparation of the ply that was laid ahead, which can then be laid again, or else the inspection.
+        """End the preparation of the ply that was laid ahead, or else the inspection; no thread is left.
 
-        May be called from any thread. The `inspect` that waits for it raises `Cancelled`. No thread is left.
+        May be called from any thread. `inspect` raises `Cancelled` then, after `lay_ahead` until a ply is laid again.
         """
-        ahead, self._ahead = self._ahead, None
-        if ahead is not None:
-            ahead.cancel()
+        if self._ahead is not None:
+            self._ahead.cancel()
         elif self._inspector is not None:
             self._inspector.cancel()
 
     def _refuse_next(self) -> None:
-        if self._ahead is not None:
-            raise InputError(f"the next ply cannot be laid: {self._ahead_reason()}")
-        if self.plies and (why := self.plies[-1].open_reason):
+        if why := self._ahead_reason() or (self.plies[-1].open_reason if self.plies else ""):
             raise InputError(f"the next ply cannot be laid: {why}")
 
     def _ahead_reason(self) -> str:
-        return f"ply {len(self.plies) + 1} was laid ahead, and not inspected yet"
+        laid = self._ahead is not None and not self._ahead.failed
+        return f"ply {len(self.plies) + 1} was laid ahead, and not inspected yet" if laid else ""
 
     def _made(self, outline: Any, angles: Any, progress: Progress | None) -> Inspector:
         return Inspector(self.recipe, self._below, outline, angles, progress=progress, **self._options)
 
     def _laid(self, inspector: Inspector) -> Inspector:
-        self._inspector = inspector
+        self._inspector, self._ahead = inspector, None
         self.plies.append(StackPly(len(self.plies) + 1))
         return inspector
-
-    def _take_ahead(self, ahead: Ahead[Inspector], cycle: Cycle) -> None:
-        """Wait for the inspector of the ply that was laid ahead, which is the last ply from then on."""
-        try:
-            inspector = ahead.result(cycle)
-        except BaseException:
-            if not ahead.running:
-                self._ahead = None
-            raise
-        self._ahead = None
-        self._laid(inspector)
 
     def inspect(
         self,
@@ -204,7 +192,7 @@ class Stack:
         """
         if (ahead := self._ahead) is not None:
             began = time.monotonic()
-            self._take_ahead(ahead, Cycle(deadline_s, progress))
+            self._laid(ahead.result(Cycle(deadline_s, progress)))
             if deadline_s is not None:
                 deadline_s = max(deadline_s - (time.monotonic() - began), 1e-3)
         ply = self._last()
@@ -224,8 +212,8 @@ class Stack:
         InputError
             If the ply was not inspected, or `Inspector.compare` refuses the scan.
         """
-        if self._ahead is not None:
-            raise InputError(f"debulked: {self._ahead_reason()}")
+        if why := self._ahead_reason():
+            raise InputError(f"debulked: {why}")
         ply = self._last()
         if ply.report is None or self._inspector is None:
             raise InputError(f"debulked: expected an inspection of ply {ply.number} first")

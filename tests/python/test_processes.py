@@ -110,7 +110,7 @@ print("forked", ended(child), len(stack.plies))
 stack.cancel()
 stack.lay_ahead(layup.ply_outline)
 time.sleep(float(sys.argv[1]))
-print(stack._ahead.running)
+print(stack._ahead._thread.is_alive())
 """
 
 OTHER = """

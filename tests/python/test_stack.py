@@ -2,6 +2,7 @@
 
 import dataclasses
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -133,8 +134,9 @@ def test_what_was_laid_ahead_wrongly_can_be_laid_again(virtual):
             stack.lay_ahead([[0, 0], [1, 1]])  # what is wrong with the arguments is said at once
         for _ in range(2):
             stack.lay_ahead(virtual.ply_outline)
-            with pytest.raises(InputError, match="reference: expected"):
-                stack.inspect(virtual.scan)
+            for _ in range(2):
+                with pytest.raises(InputError, match="reference: expected"):
+                    stack.inspect(virtual.scan)
             assert stack.plies == []
 
 
@@ -152,12 +154,35 @@ def threads_ahead():
     return [thread for thread in threading.enumerate() if thread.name.startswith("debulk")]
 
 
+def test_a_scan_of_a_ply_that_was_not_laid_never_meets_the_ply_before(virtual):
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    stack.lay(virtual.ply_outline)
+    stack.inspect(virtual.scan)
+    stack.debulked(raised(virtual.reference, virtual, 0.25, seed=1))
+    stack.lay_ahead(virtual.ply_outline)
+    with pytest.raises(InputError, match="debulked: ply 2 was laid ahead"):
+        stack.debulked(virtual.reference)
+    stack.cancel()
+    for _ in range(2):
+        with pytest.raises(Cancelled):
+            stack.inspect(virtual.scan)
+    assert len(stack.plies) == 1
+    stack.lay_ahead(virtual.ply_outline)
+    assert stack.inspect(raised(virtual.scan, virtual, 0.25, seed=2)).trace.context["ply"] == 2
+
+
 def test_cancel_and_an_exception_leave_no_thread(virtual):
     stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
     stack.lay_ahead(virtual.ply_outline)
     assert threads_ahead()
     stack.cancel()
     assert not threads_ahead()
+    stack.lay_ahead(virtual.ply_outline)
+    while threads_ahead():
+        time.sleep(0.01)
+    stack.cancel()  # what is there already is given up, too
+    with pytest.raises(Cancelled):
+        stack.inspect(virtual.scan)
     stack.lay_ahead(virtual.ply_outline)
     waiting = threading.Timer(0.02, stack.cancel)
     waiting.start()

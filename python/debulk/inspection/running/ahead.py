@@ -45,14 +45,15 @@ class Ahead(Generic[Result]):
             raise Cancelled("the preparation was cancelled")
 
     def cancel(self) -> None:
-        """End the preparation, and wait until its thread has ended: some 50 ms."""
+        """End the preparation, and wait until its thread has ended: some 50 ms. What was made already is given up."""
         self._stop.cancel()
         self._thread.join()
+        self._error = self._error or Cancelled("the preparation was cancelled")
 
     @property
-    def running(self) -> bool:
-        """Whether the preparation goes on."""
-        return self._thread.is_alive()
+    def failed(self) -> bool:
+        """Whether the preparation has ended without a result, or was cancelled."""
+        return self._error is not None
 
     def result(self, cycle: Cycle) -> Result:
         """Wait for the result, and raise what the preparation raised.
@@ -62,7 +63,7 @@ class Ahead(Generic[Result]):
         TimeoutError
             If the deadline of the cycle passes before; the preparation continues.
         """
-        while self.running:
+        while self._thread.is_alive():
             if cycle.stop.now():
                 raise TimeoutError(
                     "the deadline passed while the inspector was being prepared; the preparation goes on: inspect again"
