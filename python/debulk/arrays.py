@@ -1,4 +1,4 @@
-"""Checks of arrays from users: each returns the form that the core takes, or raises an error naming the argument."""
+"""Types and checks of arrays from users: a check returns the form that the core takes, or an error names the array."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from debulk.arguments import of_type
 
 log = logging.getLogger("debulk")
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Whole = NDArray[np.int64]
+Cloud = NDArray[np.float32]
 _EXACT = 1e-9  # a rotation that is orthonormal to this is left as it is
 _HARMLESS = 1e-4  # 0.1 mm over a metre: less than an outline is known to
 _FEWEST_DECIMALS = 3

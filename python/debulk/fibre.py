@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, arrays
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.surface import Reference
 
 __all__ = ["FREE", "HELD", "UNKNOWN", "FibreExcess", "FibreRuns", "measure"]
 
-Floats = NDArray[np.float64]
 
 HELD, FREE, UNKNOWN = 0, 1, 2
 """In `FibreRuns.ends`: the ply that goes on holds the end; the ply's edge is nearer; unseen cells are nearer."""

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
 from debulk.arguments import of_type, typed
+from debulk.arrays import Floats
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 Paths = Literal["geodesic", "vertical_plane", "least_shear"]
 

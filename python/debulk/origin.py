@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from debulk.arrays import Floats
+
 FAR_MM = 2.0**15
 """Farther from the origin than this, mm, on one axis with all its points, a cloud is far: float32 rounds it by more
 than 0.002 mm."""

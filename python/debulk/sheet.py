@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.forking import kept
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 
 __all__ = ["Sheet"]
 

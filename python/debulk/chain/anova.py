@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.chain.study import Source, Study
 
-Floats = NDArray[np.float64]
 _POOLED = 0.25  # significance of the interaction above which it counts as repeatability (MSA)
 _DISTINCT = 1.41  # distinct categories: this times the parts' over the gauge's standard deviation (MSA)
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.chain.study import Transfer
 
-Floats = NDArray[np.float64]
 Shape = Literal["strip", "ridge"]
 _WIDTHS_MM = (4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0)
 _STEP_MM = 0.02

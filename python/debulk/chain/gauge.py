@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import cloud
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.chain.blur import Shape, excess_left, strip_of
 from debulk.chain.study import Strip
 from debulk.inspection.inspector import Inspector
 
-Floats = NDArray[np.float64]
 _ASIDE = 3.0  # widths of the gauge to which points are used on both sides
 _ENDS = 0.9  # of its length: the ends are not used
 

@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import __version__
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.chain import repeatability
 from debulk.chain.blur import transfer
 from debulk.chain.figures import FIGURES, Quantity
@@ -27,7 +28,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
 _FEWEST = 10
 _SHARE, _SURE = 0.9973, 0.95  # of the scans of this chain that lie within the limits, and how sure that is
 _DRIFTS = 0.01  # probability by chance below which a trend is named

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Cloud
 from debulk.chain.figures import FIGURES, Quantity
 from debulk.chain.signature import Signature, signature_of
 from debulk.chain.windows import windows_of
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from debulk.inspection.evidence.sample import Sample
     from debulk.inspection.rawscan.filled import FilledSearch
 
-Cloud = NDArray[np.float32]
 _NEEDED = ("pitch_mm", "noise_mm", "near")  # without these, a scan's chain is not known
 
 

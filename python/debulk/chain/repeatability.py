@@ -15,7 +15,6 @@ from debulk.chain.study import Agreement, Study
 from debulk.report import Report
 from debulk.results.report import PocketReport
 
-Floats = NDArray[np.float64]
 _NEAR_MM, _NEAR_SHARE = 8.0, 0.25  # a pocket's centre moves by no more, or by no more than this of its area's root
 _LEAST_PARTS = 2
 

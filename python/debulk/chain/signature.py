@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Cloud, Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.medians import OF_MEDIAN
-
-Cloud = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 _DEGREE = 4  # of the polynomial that takes the ply's shape from a window
 _POWERS = [(i, j) for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i)]

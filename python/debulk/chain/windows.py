@@ -7,10 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Bools, Cloud
 from debulk.inspection.clouds.thinning import complete, thinned
-
-Cloud = NDArray[np.float32]
-Bools = NDArray[np.bool_]
 
 _SIDE = 16  # points along the side of a window
 _WINDOWS = 64  # at most

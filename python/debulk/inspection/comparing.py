@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.trace import Trace
 
-Floats = NDArray[np.float64]
 
 _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 
-Floats = NDArray[np.float64]
 _ONE_SIDED_95 = 2.705543  # chi-squared with one degree of freedom, of which 90 % lie below: 5 % on each side
 _STEPS = 100
 

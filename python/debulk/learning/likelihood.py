@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 
-Floats = NDArray[np.float64]
 _LIMITS_MM = np.linspace(0.01, 2.0, 399)
 _SPREADS_MM = np.geomspace(0.005, 0.5, 41)
 _TO_SCALE = np.sqrt(3.0) / np.pi  # from a standard deviation to the scale of a logistic law

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.page.scales import colours, ridge_colours
 
 if TYPE_CHECKING:
@@ -24,8 +25,6 @@ COARSE = "coarse net at its minimum"
 _EDGE = 12.0
 _ELEVATION = np.radians(32.0)
 _EXAGGERATIONS = (1, 2, 3, 5, 8, 12, 20)
-
-Floats = NDArray[np.float64]
 
 
 class View(NamedTuple):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.page.net import HEIGHT, WIDTH, initial_gap
 from debulk.page.scales import nice
 
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 _LEFT, _RIGHT, _TOP, _BOTTOM = 40.0, 10.0, 18.0, 34.0
 _EXAGGERATIONS = (0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 30, 50, 100)
 _SPARE_MM = 0.02  # gaps this far above the consolidated ply are ridges or bridges
-
-Floats = NDArray[np.float64]
 
 
 class Profile(NamedTuple):

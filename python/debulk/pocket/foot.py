@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.pocket.segmentation import Segmentation
 
-Floats = NDArray[np.float64]
 _FEET = _core.pocket.FootOptions()  # each default is written only once, in cpp/debulk/pocket
 
 

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays
+from debulk.arrays import Floats
 from debulk.grid import Grid
-
-Floats = NDArray[np.float64]
 
 
 def polygon_area(outline_mm: ArrayLike) -> float:

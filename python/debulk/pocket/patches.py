@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.pocket.foot import Feet
 from debulk.pocket.segmentation import Segmentation
 from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 _PATCH = _core.pocket.PatchOptions()  # each default is written only once, in cpp/debulk/pocket
 
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import _core, arrays
 from debulk.arguments import of_type, typed
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.surface import HeightMap
 
-Floats = NDArray[np.float64]
 _SEGMENT = _core.pocket.SegmentOptions()  # each default is written only once, in cpp/debulk/pocket
 
 

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.rework.handling import Handling
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

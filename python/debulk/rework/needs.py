@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.fibre import FibreRuns
 from debulk.rework.places import Places
-
-Floats = NDArray[np.float64]
 
 
 def leaving_mm(

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.arrays import Floats
 from debulk.fibre import FibreRuns
 
-Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 _EDGE_MM, _EDGE_SHARE = 3.0, 0.05  # how near to the outline a line must end, at least and per length beyond a place
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.fibre import HELD, FibreRuns
 from debulk.rework.handling import Handling
 from debulk.rework.move import Move, Rework
@@ -24,7 +25,6 @@ from debulk.ridge import excess_of_ridge
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
 _MOST_EDGE = 0.9  # share of a place's lines that must reach the edge, for a way out there to be known
 
 

@@ -13,8 +13,8 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.risk.place import FOOT, OF_UNIFORM, Place, place_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport
     from debulk.results.runs import ExcessRuns
 
-Floats = NDArray[np.float64]
 _LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
 _ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)
 _JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows

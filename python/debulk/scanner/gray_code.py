@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Bools
+
 F32 = NDArray[np.float32]
-Bools = NDArray[np.bool_]
 
 _SURE = 0.25  # a sure bit is this far from the threshold, relative to half the step from black to white
 

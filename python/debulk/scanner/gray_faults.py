@@ -14,7 +14,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scanner.gray_code import Bools, Code, most_residual, order_of, place_of
+from debulk.arrays import Bools
+from debulk.scanner.gray_code import Code, most_residual, order_of, place_of
 
 F32 = NDArray[np.float32]
 

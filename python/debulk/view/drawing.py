@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.arrays import Floats
 from debulk.files.replacing import check_ending
 from debulk.report import Report
 from debulk.view.shapes import Lines, Shapes, shapes
-
-Floats = NDArray[np.float64]
 
 COMMAND = "pip install 'debulk[view]'"
 _FIELD_DEG = 40.0  # of the camera, from top to bottom

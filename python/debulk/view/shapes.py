@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.page.net import cells_of
 from debulk.page.scales import HeightScale, colours, ridge_colours
 from debulk.pocket import inside_outline
@@ -18,7 +19,6 @@ from debulk.results.looks import VERDICT_COLOURS
 from debulk.results.report import PocketReport
 from debulk.view.strokes import strokes
 
-Floats = NDArray[np.float64]
 Rgb = tuple[float, float, float]
 _MAX_POINTS = 400_000
 _MAGNIFICATIONS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0)

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud
 from debulk._core import InputError
+from debulk.arrays import Cloud
 from debulk.inspection.running.stopping import heed
 from debulk.recipe import options
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-Cloud = NDArray[np.float32]
 _PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
 
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import _core, foreign, origin
+from debulk.arrays import Floats
 from debulk.inspection.clouds.cleaning import is_plain, slices
 
-Floats = NDArray[np.float64]
 _COARSE_MM = 0.01  # a tenth of the level's tolerance
 
 

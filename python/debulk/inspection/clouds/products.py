@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from debulk.arrays import Floats
 
 
 def product(rows: NDArray[np.floating], factors: NDArray[np.floating]) -> Floats:

@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import cloud
+from debulk.arrays import Cloud, Floats
 from debulk.inspection.clouds.thinning import complete
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
 
-Cloud = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 # A pixel's side over the pitch of the points: of points that lie at random, 92 % of such pixels hold at least one.
 _SIDE = 1.6

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.arrays import Floats
 from debulk.grid import Grid
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

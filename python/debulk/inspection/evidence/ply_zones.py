@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.medians import ERROR, OF_QUARTILES
 from debulk.inspection.evidence.sample import Sample
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 _SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
 _ENOUGH = 24  # squares

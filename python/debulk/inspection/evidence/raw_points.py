@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import cloud
+from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
 from debulk.surface import Reference
 
-Cloud = NDArray[np.float32]
-Flags = NDArray[np.bool_]
-Floats = NDArray[np.float64]
 _APART_MM = 1.0  # a denser scan is read in steps, with points at most this far apart
 HIGHEST_MM = 25.0  # air lifts no ply so high above the reference: a clamp or a tool
 _MARGIN = 4  # pixels round the part of the image that is read
@@ -43,7 +41,7 @@ class RawPoints:
     def __init__(
         self,
         scan: Cloud,
-        mask: Flags | None,
+        mask: Bools | None,
         mold_from_scanner: Floats | None,
         pitch_mm: float,
         image: PinholeImage | None,

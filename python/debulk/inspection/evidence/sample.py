@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import cloud
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
@@ -16,7 +17,6 @@ from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
 

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.clouds.thinning import complete
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Whole = NDArray[np.int64]
-Cloud = NDArray[np.float32]
 OnPly = Callable[[Cloud], Bools]
 
 SIDE = _core.rawscan.square_side  # pixels along the side of a square

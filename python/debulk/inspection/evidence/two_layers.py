@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.setup import Setup
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["RegionFinder"]
 
-Floats = NDArray[np.float64]
 _WHOLE = "none: the whole scan was processed, which takes longer"
 _LEAST_RATIO = 1.5  # with 1.0 a clean scan loses 5 % of the ply on flanks, with 1.5 nothing (measured on 14 pockets)
 

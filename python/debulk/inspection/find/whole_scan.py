@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, pocket
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.find.found import Found
@@ -17,7 +18,6 @@ from debulk.recipe import options
 
 __all__ = ["WholeScanFinder"]
 
-Floats = NDArray[np.float64]
 _FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
 
 

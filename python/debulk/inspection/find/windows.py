@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 
 __all__ = ["cells_round", "cut_out", "grown"]
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 
 def cells_round(box_mm: Floats, grid: Grid, margin_mm: float) -> tuple[slice, slice]:
@@ -27,7 +24,7 @@ def cut_out(grid: Grid, rows: slice, columns: slice) -> Grid:
     return Grid(grid.values[rows, columns].copy(), origin, grid.spacing_mm)
 
 
-def grown(marks: Flags, cells: int = 1) -> Flags:
+def grown(marks: Bools, cells: int = 1) -> Bools:
     """Return the (ny, nx) marks, extended by this number of cells along each axis."""
     out = marks.copy()
     for along in (out, out.T):

@@ -7,17 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import _core, pocket
+from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.find.windows import cells_round, cut_out, grown
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # The segmentation bridges a drop-out (a small hole) no thicker than this if something at its rim is high.
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
@@ -33,9 +30,9 @@ class PocketHoles:
 
     heights: Grid
     """Heights of the ply above the reference in the window, NaN where nothing is known."""
-    unknown: Flags
+    unknown: Bools
     """(ny, nx): the cells of the holes that border on the pocket's foot or lie within it."""
-    pocket: Flags
+    pocket: Bools
     """(ny, nx): the cells of the pocket itself, above the cut."""
     holes: tuple[HoleBeside, ...]
     """These holes, largest first."""
@@ -72,7 +69,7 @@ def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
     return HoleBeside(centre_mm=(float(hole.centre[0]), float(hole.centre[1])), area_mm2=float(hole.area), of=of)
 
 
-def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
+def rim_share(outline_mm: Floats, unknown: Bools, window: Grid) -> float:
     """Return the share of a closed outline's length that runs along, or within, unknown cells."""
     near = grown(unknown, _NEAR_CELLS)
     ends = np.roll(outline_mm, -1, axis=0)
@@ -84,7 +81,7 @@ def rim_share(outline_mm: Floats, unknown: Flags, window: Grid) -> float:
 
 def _reached(
     found: FoundPocket, own_mm: Floats, thick_mm: Sequence[Floats], ply: PlyOnMold
-) -> tuple[slice, slice, Flags]:
+) -> tuple[slice, slice, Bools]:
     """Return rows and columns that hold a foot, the holes that border on it and a margin; and these holes' cells.
 
     The rows and columns also hold other feet beside these holes, because with the holes filled in they may be one foot.
@@ -109,12 +106,12 @@ def _reached(
         rows, columns = wider
 
 
-def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Flags:
-    bridged: Flags = found.segmentation._core.bridged.view(np.bool_)
+def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Bools:
+    bridged: Bools = found.segmentation._core.bridged.view(np.bool_)
     return bridged[rows, columns]
 
 
-def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Flags:
+def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Bools:
     """Return the cells of a part of the map that lie in one of the boxes."""
     x, y = (
         heights.origin_mm[axis] + heights.spacing_mm * np.arange(part.start, part.stop)
@@ -134,7 +131,7 @@ def _meet(one_mm: Floats, other_mm: Floats, near_mm: float) -> bool:
     return bool((one_mm[0] <= other_mm[1] + near_mm).all() and (other_mm[0] <= one_mm[1] + near_mm).all())
 
 
-def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Flags:
+def _on_ply(missing: Bools, heights: Grid, rows: slice, columns: slice, ply: PlyOnMold) -> Bools:
     on = missing.copy()
     if ply.outline is None or not on.any():
         return on
@@ -144,7 +141,7 @@ def _on_ply(missing: Flags, heights: Grid, rows: slice, columns: slice, ply: Ply
     return on
 
 
-def _flood(into: Flags, start: Flags, steps: int) -> Flags:
+def _flood(into: Bools, start: Bools, steps: int) -> Bools:
     """Return the cells of `into` within so many steps of `start`, through cells of `into`, by sides and corners."""
     reached = into & (start | grown(start))
     front = reached
@@ -156,7 +153,7 @@ def _flood(into: Flags, start: Flags, steps: int) -> Flags:
     return reached
 
 
-def _holes(unknown: Flags, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:
+def _holes(unknown: Bools, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:
     """Yield the listed holes that the unknown cells belong to; the other cells, if they are many, are one more hole."""
     cell_mm2 = window.spacing_mm**2
     xy = window.origin_mm + window.spacing_mm * np.argwhere(unknown)[:, ::-1]

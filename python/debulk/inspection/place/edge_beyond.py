@@ -11,15 +11,11 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Bools, Floats, Whole
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.raw_points import HIGHEST_MM
 from debulk.results.area import in_cm2
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.results.level import Level
 
-Floats = NDArray[np.float64]
 _BISQUARE = 4.685  # constant of Tukey's weights: 95 % efficient for normally distributed values
 _ROUNDS = 8
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.place.level import Deviation
 
-Floats = NDArray[np.float64]
 _WAYS = 36  # directions that are tried, 5 degrees apart
 _PLACES = 60  # along each direction, at most
 _LEAST_SQUARES, _LEAST_SHARE = 3, 0.05  # on either side

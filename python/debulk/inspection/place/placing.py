@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds import repeated_pixels
 from debulk.inspection.clouds.offset import raised
@@ -34,8 +35,6 @@ from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.running.stopping import heed
 from debulk.recipe import options
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from debulk.inspection.evidence.ply_zones import PlyZones
     from debulk.inspection.reference.prepared import Prepared
     from debulk.recipe import Recipe
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.arrays import Floats
 from debulk.inspection.reference.prepared import Prepared
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

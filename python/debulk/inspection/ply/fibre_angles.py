@@ -7,12 +7,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import arrays
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.ply.inputs import kept
 from debulk.net import Drape, Draping
 from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 Angles = ArrayLike | Grid | Drape | Draping
 _NAME = "fibre_angles_deg"
 _LEAST_APART_DEG = 1.0

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import pocket
+from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from debulk.inspection.ply.ply_on_mold import PlyOnMold
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
 _OUTER = 1.8  # radii: outer edge of the ring

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import arrays
 from debulk._core import InputError
 from debulk.arguments import of_type
+from debulk.arrays import Floats
 
-Floats = NDArray[np.float64]
 Kept = TypeVar("Kept", bound=np.generic)
 
 

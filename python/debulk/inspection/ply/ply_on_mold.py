@@ -6,9 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from debulk.arrays import Floats
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.ply import angle_field
@@ -17,8 +15,6 @@ from debulk.surface import Reference
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

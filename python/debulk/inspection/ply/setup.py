@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.reference.prepared import Prepared
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.edge_check import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.reference.prepared import Prepared
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-Cloud = NDArray[np.float32]
 
 
 @dataclass(frozen=True)

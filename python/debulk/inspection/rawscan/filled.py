@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from debulk.inspection.ply.setup import Setup
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Limits:

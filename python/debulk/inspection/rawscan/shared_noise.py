@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.repeated_depths import depths_repeat
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

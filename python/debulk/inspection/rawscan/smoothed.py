@@ -20,8 +20,6 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.ply.setup import Setup
 
-Floats = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Limits:

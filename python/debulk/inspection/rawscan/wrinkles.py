@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, pocket
+from debulk.arrays import Cloud, Floats
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import narrow_bumps
 from debulk.inspection.rawscan.narrow_bumps import NarrowBump
@@ -25,9 +26,6 @@ from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
-
-Cloud = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 _SEARCH = _core.rawscan.WrinkleOptions()
 _BUMPS = _core.rawscan.NarrowBumpOptions()

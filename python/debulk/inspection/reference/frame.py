@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk._core import InputError
-from debulk.arrays import LARGEST_MM
+from debulk.arrays import LARGEST_MM, Floats
 from debulk.surface import Reference
-
-Floats = NDArray[np.float64]
 
 _LEAST_PITCH_MM = 0.03
 _MOST_TILT_DEG = 40.0

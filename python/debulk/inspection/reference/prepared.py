@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, surface
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 log = logging.getLogger("debulk")
-Floats = NDArray[np.float64]
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket
 
 

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.inspection.clouds.thinning import pitch_of
 
 if TYPE_CHECKING:
     from debulk.grid import Grid
     from debulk.recipe import Recipe
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-Floats = NDArray[np.float64]
 
 _MOST_GB = 4.0  # for a height map and all the maps that are kept beside it
 _CELL_BYTES = 80  # per cell, for all maps together
