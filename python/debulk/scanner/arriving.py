@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -25,6 +26,7 @@ class Camera:
         self.name, self.shape, self.periods, self.steps, self.exposures = name, shape, periods, steps, exposures
         self.bits = bits
         self.images: list[Image] = []
+        self.marks: list[int] = []  # of each image as it came
         self.planes: Planes | None = None
 
     @property
@@ -32,12 +34,16 @@ class Camera:
         """Number of images of an exposure."""
         return self.steps * len(self.periods)
 
+    def named(self, number: int) -> str:
+        """Return what an image is called in a message."""
+        e, k = divmod(number, self.each)
+        return f"{self.name}, image {k + 1}" + (f" of exposure {e + 1}" if self.exposures > 1 else "")
+
     def checked(self, image: ArrayLike) -> Image:
         """Check the next image."""
-        e, k = divmod(len(self.images), self.each)
-        which = f"{self.name}, image {k + 1}" + (f" of exposure {e + 1}" if self.exposures > 1 else "")
-        if e == self.exposures:
+        if len(self.images) == self.each * self.exposures:
             raise InputError(f"{self.name}: expected {len(self.images)} images, but got another one")
+        which = self.named(len(self.images))
         found = checked_image(image, which)
         if found.shape != self.shape:
             raise InputError(
@@ -51,6 +57,7 @@ class Camera:
         """Keep an image; where it completes a number of periods, take these images in."""
         e, k = divmod(len(self.images), self.each)
         self.images.append(image)
+        self.marks.append(_mark(image))
         if (k + 1) % self.steps or image.dtype.kind == "f":
             return
         if self.planes is None:
@@ -74,8 +81,16 @@ class Camera:
         )
 
     def stack(self) -> list[list[Image]]:
-        """Return all images, exposure by exposure."""
+        """Return all images, exposure by exposure, and refuse those that somebody wrote into."""
+        for number, (image, mark) in enumerate(zip(self.images, self.marks, strict=True)):
+            if _mark(image) != mark:
+                raise InputError(f"{self.named(number)}: expected memory that keeps the image, but it was written into")
         return [self.images[e * self.each : (e + 1) * self.each] for e in range(self.exposures)]
+
+
+def _mark(image: Image) -> int:
+    """Return a checksum of the middle row, in which another image of fringes differs."""
+    return zlib.crc32(image[len(image) // 2])
 
 
 class Arriving:
@@ -103,7 +118,7 @@ class Arriving:
         ----------
         left_image, right_image
             (H, W) as in `debulk.scanner.decode`. They are kept, and not copied: nobody may write into them until the
-            cloud is there.
+            cloud is there; give copies where the camera's driver does.
 
         Raises
         ------
@@ -129,7 +144,7 @@ class Arriving:
         Raises
         ------
         debulk.InputError
-            If images are missing, too.
+            Also if images are missing, or somebody wrote into the memory of one, as drivers that use it again do.
         """
         if self.missing:
             came = len(self._cameras[0].images)

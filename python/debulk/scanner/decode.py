@@ -23,10 +23,14 @@ NO_EXPOSURE = 255
 class Planes:
     """What was taken of a camera's images while they arrived; pixels in groups of sixteen."""
 
-    best: F32  # (2 + numbers of periods, pixels), of each pixel's brightest exposure without saturation
-    coming: F32 | None  # (1 + numbers of periods, pixels), of the exposure that arrives; None: there is only one
-    exposure: NDArray[np.uint8]  # (pixels,)
-    white: int  # the greatest grey value that was assumed
+    best: F32
+    """(2 + numbers of periods, pixels), of each pixel's brightest exposure so far without saturation."""
+    coming: F32 | None
+    """(1 + numbers of periods, pixels), of the exposure whose images arrive; None if there is only one."""
+    exposure: NDArray[np.uint8]
+    """(pixels,) exposures in ``best``."""
+    white: int
+    """Greatest grey value, as assumed while images were missing."""
 
     @property
     def arrays(self) -> tuple[F32, F32 | None, NDArray[np.uint8]]:

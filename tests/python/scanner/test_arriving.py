@@ -124,6 +124,17 @@ def test_what_is_wrong_is_said_once_and_clearly(fringes):
         whole.add(left[0][0], right[0][0])
 
 
+def test_memory_that_is_used_again_is_noticed(fringes):
+    arriving = Scanner(fringes.calibration).arriving(exposures=3)
+    buffer = np.empty_like(fringes.left[0][0])
+    for e in range(3):
+        for left, right in zip(fringes.left[e], fringes.right[e], strict=True):
+            buffer[:] = left
+            arriving.add(buffer, right)
+    with pytest.raises(InputError, match="left_images, image 1 of exposure 1: expected memory that keeps the image"):
+        arriving.cloud()
+
+
 def test_images_out_of_order_are_named(fringes):
     scanner = Scanner(fringes.calibration)
     order = [1, 0, *range(2, 12)]
