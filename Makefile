@@ -216,6 +216,11 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/setups.py --out bench/trust/setups.txt
 	$(python) bench/trust/outlines.py --layups 2 --out bench/trust/outlines.txt
 
+.PHONY: open-benchmark
+open-benchmark: $(stamps)/package $(stamps)/bench ## Make the open benchmark's 200 scenes and score all criteria on them; some 7 minutes
+	$(python) bench/open/contenders.py
+	$(python) bench/open/scorer.py build/open/*.csv > bench/open/open.txt && cat bench/open/open.txt
+
 .PHONY: setup
 setup: $(stamps)/package ## Set up only: dependencies, .venv and the package in it
 	@echo 'debulk: everything is set up'
