@@ -21,11 +21,11 @@ from debulk.results.report import PocketReport
 
 HERE = Path(__file__).parent
 OFF_MM = 0.3  # a gap above this is a pocket for the criteria of its shape
-RIDGE_LIMIT_MM = 0.60
+RMS_LIMIT_MM, RIDGE_LIMIT_MM = 0.30, 0.60
 FOOT = 2 - np.pi / 2  # of the thickness: the ridge of no excess
 COLUMNS = ("scene", "x_mm", "y_mm", "verdict", "score", "probability")
-NAMES = ("debulk_verdict", "debulk_probability", "rms_of_minimum", "ridge_of_minimum", "peak_height", "area", "volume",
-         "height_over_width", "steepest_slope")  # fmt: skip
+NAMES = ("debulk_verdict", "debulk_probability", "rms_of_minimum", "rms_over_thickness", "ridge_of_minimum",
+         "peak_height", "area", "volume", "height_over_width", "steepest_slope")  # fmt: skip
 LISTED = HERE / "scenes.csv"
 Given = dict[str, np.ndarray]
 Rows = dict[str, list[tuple[object, ...]]]
@@ -80,7 +80,8 @@ def of_debulk(number: int, thickness_mm: float, report: debulk.Report) -> Rows:
         say("debulk_verdict", p, p.verdict.value, ridge)
         say("debulk_probability", p, "", "", p.crease_probability if p.crease_probability is not None else "")
         if p.rms_mm is not None and p.ridge_height_mm is not None:
-            say("rms_of_minimum", p, _above(p.rms_mm, thickness_mm), p.rms_mm / thickness_mm)
+            say("rms_of_minimum", p, _above(p.rms_mm, RMS_LIMIT_MM), p.rms_mm)
+            say("rms_over_thickness", p, _above(p.rms_mm, thickness_mm), p.rms_mm / thickness_mm)
             say("ridge_of_minimum", p, _above(p.ridge_height_mm, RIDGE_LIMIT_MM), p.ridge_height_mm)
     longest = float(np.nanmax(report.excess_map.values, initial=0.0)) if report.excess_map else 0.0
     say("debulk_verdict", None, report.verdict.value, longest / 2 + FOOT * thickness_mm)
