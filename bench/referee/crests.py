@@ -16,8 +16,8 @@ from pockets import Pocket, all_pockets
 from tables import HERE, Table
 
 from debulk import _core, net, ridge, sheet, solve
-from debulk.inspection.evaluate.net_crests import net_crests
-from debulk.inspection.evaluate.ridges import HELD_SPREAD
+from debulk.inspection.minima.net_crests import net_crests
+from debulk.inspection.minima.ridges import HELD_SPREAD
 from debulk.inspection.ply import polyline
 from debulk.recipe import Recipe
 

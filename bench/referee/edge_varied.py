@@ -18,10 +18,10 @@ from folds import worst_fold
 from tables import HERE
 
 from debulk import Inspector, Recipe, _core, net, ridge, sheet, solve
-from debulk.inspection.evaluate import starts
 from debulk.inspection.evaluate.evaluation import evaluate
-from debulk.inspection.evaluate.laid_pocket import lay_net, lay_pocket
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.minima import starts
+from debulk.inspection.minima.laid_pocket import lay_net, lay_pocket
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.pocket import distance_to_outline

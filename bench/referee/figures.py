@@ -13,8 +13,8 @@ from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import Table, build
 
 from debulk import _core, net, ridge, section, sheet, solve, verdict
-from debulk.inspection.evaluate import starts
-from debulk.inspection.evaluate.by_runs import criteria
+from debulk.inspection.lines.by_runs import criteria
+from debulk.inspection.minima import starts
 from debulk.recipe import Recipe
 
 WINDOWS_MM = (34.0, 38.0, 42.0)  # H / (mu P) is 17 to 21 mm on each side of the fold

@@ -32,7 +32,7 @@ _GRID_MM = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Pocket:
-    """One pocket: everything from which its nets are laid, as in `debulk.inspection.evaluate.laid_pocket.lay_net`."""
+    """One pocket: everything from which its nets are laid, as in `debulk.inspection.minima.laid_pocket.lay_net`."""
 
     name: str
     family: str  # "layup", or the shape of a synthetic pocket

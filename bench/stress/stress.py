@@ -3,7 +3,7 @@
 It varies one parameter at a time, and takes draws of Latin-hypercube combinations of all of them, each with its own
 seed. Answers of small nets are held against extended precision (second.py). Writes stress.txt, stress.csv and
 stress.png, and each case that is neither certified nor refused to build/stress, for
-`python -m debulk.inspection.evaluate.replay`.
+`python -m debulk.inspection.minima.replay`.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from cases import Case, build, latin_hypercube, one_at_a_time
 from second import second
 
 from debulk import InputError, solve
-from debulk.inspection.evaluate import replay
-from debulk.inspection.evaluate.laid_pocket import REFUSED
+from debulk.inspection.minima import replay
+from debulk.inspection.minima.laid_pocket import REFUSED
 
 LONGEST_MS = 2000.0  # that a solve is meant to take
 SMALL = 150  # nodes of nets whose answers are held against those of extended precision

@@ -16,10 +16,10 @@ from textwrap import fill
 import numpy as np
 
 from debulk import Inspector, _core, scenes, solve
-from debulk.inspection.evaluate import ridges, starts
-from debulk.inspection.evaluate.by_runs import by_runs
-from debulk.inspection.evaluate.laid_pocket import LaidPocket, lay_pocket
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.lines.by_runs import by_runs
+from debulk.inspection.minima import ridges, starts
+from debulk.inspection.minima.laid_pocket import LaidPocket, lay_pocket
 from debulk.inspection.ply import polyline
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe

@@ -22,7 +22,7 @@ from textwrap import fill
 import numpy as np
 
 from debulk import InputError, _core, solve
-from debulk.inspection.evaluate.laid_pocket import REFUSED
+from debulk.inspection.minima.laid_pocket import REFUSED
 from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from lab.study import Plan

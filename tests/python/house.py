@@ -58,8 +58,8 @@ PYTHON_ABOVE = (
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.
 INSPECTION_ROOMS = (
-    "running", "clouds", "reference", "ply", "evidence", "find", "holes", "evaluate", "bumps", "place", "rawscan",
-    "checks",
+    "running", "clouds", "reference", "ply", "evidence", "find", "lines", "minima", "holes", "evaluate", "bumps",
+    "place", "rawscan", "checks",
 )  # fmt: skip
 
 # Imports under `if TYPE_CHECKING` that go uphill or close a circle; no new ones are wanted. Those of the package's own

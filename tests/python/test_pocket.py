@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 import debulk
 from debulk import pocket
 from debulk.grid import Grid
-from debulk.inspection.evaluate.laid_pocket import lay_net
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.minima.laid_pocket import lay_net
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.surface import HeightMap
 

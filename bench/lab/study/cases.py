@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, ridge, scenes, sheet, solve, verdict
-from debulk.inspection.evaluate import starts
-from debulk.inspection.evaluate.laid_pocket import LaidPocket, lay_pocket
 from debulk.inspection.inspector import Inspector
+from debulk.inspection.minima import starts
+from debulk.inspection.minima.laid_pocket import LaidPocket, lay_pocket
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe

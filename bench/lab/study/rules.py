@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk import verdict
-from debulk.inspection.evaluate import starts
+from debulk.inspection.minima import starts
 from debulk.recipe import Recipe
 from lab.study.cases import Case
 from lab.study.runs import DECIDED, Reference, Start

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from debulk import _core, solve
-from debulk.inspection.evaluate import starts
+from debulk.inspection.minima import starts
 from debulk.verdict import Verdict
 from lab.study.cases import Case, Figures
 

@@ -125,7 +125,7 @@ def replay(
 ) -> None:
     """Solve dumped problems again and print what came of them, then and now."""
     with outcome():
-        from debulk.inspection.evaluate.replay import main
+        from debulk.inspection.minima.replay import main
 
         raise typer.Exit(main([str(path) for path in file]))
 

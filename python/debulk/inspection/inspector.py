@@ -25,7 +25,7 @@ from debulk.inspection.checks.seen import Judged, Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
-from debulk.inspection.evaluate.evaluation import audit, evaluate_all, not_judged
+from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.finder import finder_for

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, _core, ridge
-from debulk.inspection.evaluate import bridges
-from debulk.inspection.evaluate.laid_pocket import LaidPocket
+from debulk.inspection.lines import bridges
+from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.results.bridge_section import BridgeSection
 
 THICKNESS_MM = 0.3

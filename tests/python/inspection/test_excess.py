@@ -9,7 +9,7 @@ import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
 from debulk.inspection.evaluate import evaluation
-from debulk.inspection.evaluate.laid_pocket import LaidPocket
+from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.report import PocketReport
 
 FEW = {"segmentation": {"area_tol_mm2": 1500.0}}

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from debulk import Inspector, Recipe, Verdict, scenes, solve
-from debulk.inspection.evaluate.laid_pocket import REFUSED, lay_pocket
+from debulk.inspection.minima.laid_pocket import REFUSED, lay_pocket
 from lab.study.cases import Case
 
 FEW = {

@@ -7,7 +7,7 @@ import pytest
 
 import debulk
 from debulk import InputError, Recipe, scenes, sheet, solve, surface
-from debulk.inspection.evaluate import dumps, replay
+from debulk.inspection.minima import dumps, replay
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from debulk import Inspector, Recipe, net, ridge, scenes, section, surface
-from debulk.inspection.evaluate import ridges
-from debulk.inspection.evaluate.net_crests import net_crests
+from debulk.inspection.minima import ridges
+from debulk.inspection.minima.net_crests import net_crests
 
 GRID_MM = 1.0
 REACH_MM = 70.0

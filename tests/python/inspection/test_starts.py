@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from debulk import _core, solve
-from debulk.inspection.evaluate import starts
+from debulk.inspection.minima import starts
 from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from debulk.surface import Reference

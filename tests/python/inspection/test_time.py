@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from debulk import Inspector, Recipe, Verdict, _core, scenes
-from debulk.inspection.evaluate import evaluation, starts
-from debulk.inspection.evaluate.laid_pocket import LaidPocket
+from debulk.inspection.evaluate import evaluation
+from debulk.inspection.minima import starts
+from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.running.cycle import Cycle, in_parallel
 from debulk.solve import minimise_with
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection.bumps import hills
 from debulk.inspection.bumps.bump_place import BumpPlace, looked_at_again
-from debulk.inspection.evaluate.bridges import bridge_over
 from debulk.inspection.find.found import Found, FoundPocket, runs_over
+from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold

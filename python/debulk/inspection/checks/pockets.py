@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.evaluate.by_runs import criteria
 from debulk.inspection.holes import unseen
+from debulk.inspection.lines.by_runs import criteria
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
 

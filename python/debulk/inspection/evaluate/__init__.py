@@ -1,1 +1,1 @@
-"""From a pocket to its report: net, minimum, ridges, and the same under other assumptions."""
+"""From a pocket to its report: by its fibre lines or its minima, and by other assumptions where a hole hides it."""

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket, verdict
 from debulk.grid import Grid
-from debulk.inspection.evaluate.by_runs import criteria
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
+from debulk.inspection.lines.by_runs import criteria
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_names

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from debulk.inspection.find.found import FoundPocket
 from debulk.results.report import LeftOut, PocketReport
 from debulk.results.unsettled import PICTURE
+from debulk.verdict import Judgement, Verdict
 
-__all__ = ["Evaluation"]
+__all__ = ["Evaluation", "not_evaluated", "seen_of"]
 
 
 @dataclass(frozen=True)
@@ -35,3 +37,25 @@ class Evaluation:
         """Return this evaluation with net and minimum of another one of the same pocket."""
         figures = {name: getattr(other.report, name) for name in PICTURE}
         return replace(other, report=replace(self.report, **figures))
+
+
+def seen_of(found: FoundPocket) -> PocketReport:
+    """Report what is known of a pocket before its ply is modelled."""
+    return PocketReport(
+        id=found.number,
+        verdict=Verdict.INVALID,
+        reason="",
+        outline_mm=found.pocket.outline_mm,
+        foot_outline_mm=found.foot.outline_mm,
+        touches_ply_edge=found.pocket.touches_ply_edge,
+        area_mm2=found.pocket.area_mm2,
+        peak_mm=found.pocket.peak_mm,
+        volume_mm3=found.pocket.volume_mm3,
+        measured_share=found.pocket.measured_share,
+        promoted=found.promoted,
+    )
+
+
+def not_evaluated(seen: PocketReport, judged: Judgement) -> Evaluation:
+    """Report a judgement that needed no model of the ply."""
+    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason, remedy=judged.remedy))

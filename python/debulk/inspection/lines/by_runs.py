@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from debulk import _core, pocket, verdict
-from debulk.inspection.evaluate.bridges import Bridge, bridge_over, net_spacing_mm
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.lines.bridges import Bridge, bridge_over, net_spacing_mm
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe, options

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from debulk.inspection.evaluate import replay
+from debulk.inspection.minima import replay
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
-from debulk.inspection.evaluate.bridges import Bridge
-from debulk.inspection.evaluate.by_runs import criteria, surely_held, with_section
-from debulk.inspection.evaluate.starts import Figures, spread
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.lines.bridges import Bridge
+from debulk.inspection.lines.by_runs import criteria, surely_held, with_section
+from debulk.inspection.minima.starts import Figures, spread
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, section
-from debulk.inspection.evaluate.net_crests import net_crests
+from debulk.inspection.minima.net_crests import net_crests
 from debulk.inspection.ply import polyline
 from debulk.results.ridge import RidgeGeometry
 
 if TYPE_CHECKING:
-    from debulk.inspection.evaluate.laid_pocket import LaidPocket
-    from debulk.inspection.evaluate.starts import Settled
+    from debulk.inspection.minima.laid_pocket import LaidPocket
+    from debulk.inspection.minima.starts import Settled
     from debulk.pocket import Foot
     from debulk.recipe import Recipe
     from debulk.results.report import ExcessReport

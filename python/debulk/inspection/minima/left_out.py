@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from debulk import sheet
-from debulk.inspection.evaluate.starts import Settled
+from debulk.inspection.minima.starts import Settled
 from debulk.results.report import LeftOut
 
 __all__ = ["of_pocket"]

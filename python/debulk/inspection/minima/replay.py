@@ -111,7 +111,7 @@ def _read(path: str | Path) -> dict[str, Any]:
         data = None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise _core.InputError(
-            f"path: expected a file written by debulk.inspection.evaluate.replay.dump ({FORMAT}), but got {path}"
+            f"path: expected a file written by debulk.inspection.minima.replay.dump ({FORMAT}), but got {path}"
         )
     lacking = [key for key in _KEYS if key not in data]
     if lacking:

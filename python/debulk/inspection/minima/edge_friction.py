@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk import _core, net, ridge, sheet, solve
-from debulk.inspection.evaluate import starts
+from debulk.inspection.minima import starts
 from debulk.results.edge_friction import EdgeEnd, EdgeFriction
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
 
 if TYPE_CHECKING:
-    from debulk.inspection.evaluate.bridges import Bridge
-    from debulk.inspection.evaluate.laid_pocket import LaidPocket
+    from debulk.inspection.lines.bridges import Bridge
+    from debulk.inspection.minima.laid_pocket import LaidPocket
 
 __all__ = ["BothEnds", "at_both_ends"]
 

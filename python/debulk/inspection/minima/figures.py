@@ -1,0 +1,83 @@
+"""What a report says of the net of a pocket and of its minima."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from debulk import ridge, solve
+from debulk.inspection.minima.laid_pocket import LaidPocket
+from debulk.inspection.minima.starts import Settled
+from debulk.results.report import PocketNet, SolveReport
+
+__all__ = ["debulked_figures", "net_figures"]
+
+
+def net_figures(laid: LaidPocket) -> dict[str, Any]:
+    """Return the fields of a pocket's report that come from its net."""
+    net = laid.net
+    return {
+        "spacing_mm": net.spacing_mm,
+        "node_count": len(net.nodes_mm),
+        "net": PocketNet(
+            nodes_mm=net.nodes_mm,
+            neighbours=net.neighbours,
+            kinds=net.kinds.astype(np.uint8),
+            edges=net.edges,
+            inside=net.inside,
+        ),
+        "initial_gap_mm": laid.sheet.gaps(net.nodes_mm),
+    }
+
+
+def debulked_figures(laid: LaidPocket, settled: Settled) -> dict[str, Any]:
+    """Return the fields that come from its minima."""
+    solution, best = settled.solution, settled.best
+    worst = max(best.sections, key=lambda section: section.height_mm, default=None)
+    return {
+        "rms_mm": best.rms_mm,
+        "rms_range_mm": settled.rms_mm,
+        "ridge_height_mm": best.ridge_height_mm,
+        "ridge_range_mm": settled.ridge_mm,
+        "ridge_length_mm": best.ridge_length_mm,
+        "ridge_nodes": None if worst is None else np.array(worst.nodes, dtype=np.int32),
+        "bridge_height_mm": best.bridge_height_mm,
+        **_drawn_in_figures(best),
+        "excess_length_mm": laid.held_excess_mm,
+        "debulked_mm": solution.nodes_mm,
+        "debulked_gap_mm": laid.sheet.gaps(solution.nodes_mm),
+        "post_processed_gap_mm": best.gap_mm,
+        "energy_mj": solution.energy_mj,
+        "energy_terms_mj": laid.sheet.terms(solution.nodes_mm),
+        "solve": _solve_report(laid, solution),
+    }
+
+
+def _drawn_in_figures(best: ridge.PostProcessed) -> dict[str, float]:
+    if not best.is_drawn_in.any():
+        return {}
+    return {
+        "drawn_in_mm": best.drawn_in_height_mm,
+        "drawn_in_tension_n_per_mm": best.drawn_in_tension_n_per_mm,
+        "drawn_in_hold_n_per_mm": best.drawn_in_hold_n_per_mm,
+    }
+
+
+def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
+    certificate = solution.certificate
+    return SolveReport(
+        method=laid.recipe.solve.method,
+        status=solution.status,
+        certified=solution.certified,
+        iterations=solution.iterations,
+        evaluations=solution.evaluations,
+        length_error=certificate.length_error,
+        penetration_mm=certificate.penetration_mm,
+        kkt_error=certificate.kkt_error,
+        curvature=certificate.curvature,
+        energy_gain_mj=laid.sheet.energy(laid.sheet.start_mm) - solution.energy_mj,
+        compliant=certificate.compliant,
+        starts=len(solution.minima),
+        doubt=certificate.failure,
+    )
