@@ -48,6 +48,10 @@ def pocket(made, reference, excess_mm=0.9):
     return SimpleNamespace(net=made, reference=reference, excess=known, recipe=Recipe())
 
 
+def of_excess(one):
+    return ridges.of_excess(one, one.excess, FOOT)
+
+
 FOOT = SimpleNamespace(area_mm2=math.pi * 100.0, outline_mm=50.0 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]]))
 
 
@@ -59,7 +63,7 @@ def off_deg(a, b):
 @pytest.mark.parametrize("deg", [0.0, 37.0, 121.0])
 def test_an_ellipse_along_its_fibres_folds_at_the_angle_of_its_axes(long_mm, wide_mm, deg):
     made, reference = laid(long_mm, wide_mm, 4.0, deg, deg)
-    (one,) = ridges.of_excess(pocket(made, reference), FOOT)
+    (one,) = of_excess(pocket(made, reference))
     # The same rise over another reach r has 1 / r of the length to spare.
     slant = math.degrees(math.atan2(wide_mm, long_mm))
     assert sorted([one.direction_deg, one.mirrored_deg]) == pytest.approx(
@@ -71,7 +75,7 @@ def test_an_ellipse_along_its_fibres_folds_at_the_angle_of_its_axes(long_mm, wid
 
 def test_a_round_pocket_folds_along_either_diagonal_of_its_fibres():
     made, reference = laid(30, 30, 5.0, 0, 20)
-    (one,) = ridges.of_excess(pocket(made, reference), FOOT)
+    (one,) = of_excess(pocket(made, reference))
     assert {round(one.direction_deg), round(one.mirrored_deg)} == {65, 155}
     assert one.fibre_angle_deg == pytest.approx(45, abs=1)
     assert np.linalg.norm(one.mirrored_mm, axis=1).max() == pytest.approx(
@@ -82,7 +86,7 @@ def test_a_round_pocket_folds_along_either_diagonal_of_its_fibres():
 @pytest.mark.parametrize(("deg", "expected"), [(25, 1), (65, 1), (-25, -1), (155, -1)])
 def test_a_pocket_slanted_to_its_fibres_folds_along_its_longer_diagonal(deg, expected):
     made, reference = laid(45, 20, 4.0, deg, 0)
-    (one,) = ridges.of_excess(pocket(made, reference), FOOT)
+    (one,) = of_excess(pocket(made, reference))
     assert one.mirrored_mm is None
     assert (one.direction_deg < 90) == (expected > 0)
 
@@ -102,7 +106,7 @@ def test_turning_everything_turns_the_ridge(mold):
     found = []
     for turn in (0.0, 33.0, 90.0):
         made, reference = laid(40, 22, 4.0, 30 + turn, turn, lambda x, y, t=turn: mold(*turned(x, y, t)))
-        (one,) = ridges.of_excess(pocket(made, reference), FOOT)
+        (one,) = of_excess(pocket(made, reference))
         found.append((one, turn))
         np.testing.assert_allclose(one.polyline_mm[:, 2], reference.height(one.polyline_mm[:, :2]), atol=1e-12)
     first = found[0][0]
@@ -114,7 +118,7 @@ def test_turning_everything_turns_the_ridge(mold):
 
 def test_the_sections_figures_are_those_of_the_fold():
     made, reference = laid(30, 30, 5.0, 0, 0)
-    (one,) = ridges.of_excess(pocket(made, reference, 1.3), FOOT)
+    (one,) = of_excess(pocket(made, reference, 1.3))
     fold = section.fold(1.3, 30.0, segments=400)
     along, up = np.diff(fold.points_mm, axis=0).T
     assert one.elastic_mm == pytest.approx(fold.height_mm, rel=5e-3)
@@ -128,9 +132,8 @@ def test_the_sections_figures_are_those_of_the_fold():
 
 def test_without_a_ridge_there_is_no_geometry():
     made, reference = laid(30, 30, 5.0, 0, 0)
-    assert ridges.of_excess(pocket(made, reference, 0.1), FOOT) == ()
-    assert ridges.of_excess(SimpleNamespace(excess=None), FOOT) == ()
-    assert ridges.of_excess(pocket(*laid(30, 30, 0.0, 0, 0), 0.1), FOOT) == ()
+    assert of_excess(pocket(made, reference, 0.1)) == ()
+    assert of_excess(pocket(*laid(30, 30, 0.0, 0, 0), 0.1)) == ()
 
 
 def rows(count, shift=0, spacing=8.0, peak=3.0, turn=0.0):
