@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SIDE = 1.6
 _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
 _ROWS = 60  # from which the step of the depths is read
-_SAME = 4.0  # times a float32's resolution: depths whose steps are no larger were not rounded
+ROUNDING = 4.0  # times a float32's resolution: smaller steps of depths are its own
 _AROUND = 5  # pixels along the side of the window from which a pixel's slope is read
 
 
@@ -43,7 +43,7 @@ class CloudImage:
         depths = depths[np.isfinite(depths)]
         apart = np.diff(np.unique(depths))
         least = float(apart.min()) if len(apart) else 0.0
-        return least if least > _SAME * float(np.spacing(np.abs(depths).max())) else 0.0
+        return least if least > ROUNDING * float(np.spacing(np.abs(depths).max())) else 0.0
 
 
 def laid_out(

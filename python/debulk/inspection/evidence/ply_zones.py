@@ -14,7 +14,7 @@ from debulk.grid import Grid
 from debulk.inspection.evidence.medians import ERROR, OF_QUARTILES
 from debulk.inspection.evidence.sample import Sample
 
-_SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
+SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
 _ENOUGH = 24  # squares
 _INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
 _CELL_MM = 4.0  # of the grid that stores where the ply is
@@ -64,7 +64,7 @@ class PlyZones:
             on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
         self._low, self._on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
-        self.side_mm = next((s for s in _SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
+        self.side_mm = next((s for s in SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
         # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
         squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
-from debulk.inspection.evidence.ply_zones import LEAST_POINTS
+from debulk.inspection.evidence.ply_zones import LEAST_POINTS, SIDES_MM
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.windows import grown
 from debulk.inspection.reference.prepared import Prepared
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Limits:
     """Of what stands below a cliff of the reference; `tests/python/inspection/test_cliffs.py` has such molds."""
 
-    square_mm: float = 40.0  # side of the squares whose medians are looked at
+    square_mm: float = SIDES_MM[0]  # side of the squares whose medians are looked at
     # So near to the edge a scan may have points between both levels, and show the ply from the side, too.
     margin_mm: float = 8.0
     cliff_mm: float = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow

@@ -33,8 +33,7 @@ class Limits:
     least_seen_share: float = 0.9  # of a window's pixels
     least_points: int = 60  # in each part of a window, and for the first estimate
     step_thicknesses: tuple[float, float] = (0.5, 1.6)  # along z: steps of such a height are the edge of this ply alone
-    off_thicknesses: float = 0.7  # by which the surface beside the ply may be off the reference
-    off_steps: float = 0.7  # above 1 or below 0 beyond which a point is not used
+    off_steps: float = 0.7  # beyond the step's two levels a point is not used, and a lower level off the reference
 
 
 LIMITS = Limits()
@@ -164,7 +163,7 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     good = (
         (high - low > LIMITS.step_thicknesses[0])
         & (high - low < LIMITS.step_thicknesses[1])
-        & (np.abs(low) < LIMITS.off_thicknesses)
+        & (np.abs(low) < LIMITS.off_steps)
     )
     for where in (inner, outer, used & near, used & ~near):
         good = good & (_count(where) >= LIMITS.least_points)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk.arrays import Floats
+from debulk.inspection.evidence.cloud_image import ROUNDING
 
 
 @dataclass(frozen=True)
@@ -18,22 +19,19 @@ class Limits:
     quantile: float = 0.95  # over the squares that is compared: on a slope a median repeats nothing
     repeated_share: float = 0.015  # of equal near pairs, in excess of `times` the share of equal far pairs
     times: float = 4.0
-    resolutions: float = 3.0  # of a float32: if all differences are larger, the depths repeat because of rounding
-    least_squares: int = 20
 
 
 LIMITS = Limits()
+LEAST_SQUARES = 20  # from which anything is said about a scan's noise
 
 
 def depths_repeat(depths: Floats) -> bool:
     """Return whether (N, S, S) squares of depths, NaN where nothing was seen, repeat; False if they were rounded."""
-    if len(depths) < LIMITS.least_squares or depths.shape[1] <= LIMITS.far_points:
+    if len(depths) < LEAST_SQUARES or depths.shape[1] <= LIMITS.far_points:
         return False
     steps = np.abs(np.diff(depths, axis=2))
     steps = steps[steps > 0]
-    if not steps.size or float(steps.min()) > LIMITS.resolutions * float(
-        np.spacing(np.float32(np.nanmax(np.abs(depths))))
-    ):
+    if not steps.size or float(steps.min()) > ROUNDING * float(np.spacing(np.float32(np.nanmax(np.abs(depths))))):
         return False
     near, far = (
         float(np.quantile(_equal(depths, lag), LIMITS.quantile)) for lag in (LIMITS.near_points, LIMITS.far_points)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.smooth_patches import Squares
-from debulk.inspection.rawscan.repeated_depths import depths_repeat
+from debulk.inspection.rawscan.repeated_depths import LEAST_SQUARES, depths_repeat
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,10 @@ class Limits:
     side: int = 16  # points along the side of a square
     degree: int = 5  # of the polynomial that removes the ply's shape from a square
     most_squares: int = 100  # looked at
-    least_squares: int = 20  # that must give a result
     least_share: float = 0.4  # of the squares looked at that must give a result
     least_seen_share: float = 0.75  # of a square's points
     least_differences: int = 20  # in a square, out of 144: each needs 25 points
-    resolutions: float = 2.0  # of a float32: smaller scatter is no noise
+    resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
     # Share of white noise below which noise is shared: 1 for white noise; after a box of 3 points 0.29 is left, of 5
     # 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
     white_share: float = 0.25
@@ -62,7 +61,7 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
 
 def _shared(depths: Floats) -> bool:
     own = _own_share(depths)
-    enough = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
+    enough = len(own) >= max(LEAST_SQUARES, LIMITS.least_share * len(depths))
     return enough and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
 
