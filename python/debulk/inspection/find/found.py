@@ -72,8 +72,8 @@ class FoundPocket:
 
     @property
     def excess(self) -> FibreRuns | None:
-        """The runs that cross its foot; None if no line was read."""
-        return None if self.runs is None else self.runs.runs[self.crossing]
+        """The runs that cross its foot; None if there are none, which says nothing of its fibres."""
+        return None if self.runs is None or not len(self.crossing) else self.runs.runs[self.crossing]
 
 
 def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:

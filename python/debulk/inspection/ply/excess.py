@@ -27,7 +27,7 @@ def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessRe
     Parameters
     ----------
     runs
-        The runs that cross the pocket's foot.
+        The runs that cross the pocket's foot; at least one.
     bridge_bound_mm
         As in `ExcessReport`.
     recipe
@@ -40,17 +40,6 @@ def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessRe
     low_mm = float((runs.low_mm - margin_mm)[sure].max(initial=0.0))
     high_mm = float((runs.high_mm + margin_mm).max(initial=0.0))
     alone_mm = float((runs.high_mm + margin_mm)[single].max(initial=0.0))
-    if not len(runs):
-        return ExcessReport(
-            length_mm=0.0,
-            height_mm=0.0,
-            range_mm=(0.0, 0.0),
-            alone_mm=0.0,
-            elastic_mm=0.0,
-            noise_mm=0.0,
-            uncertainty_mm=least_mm / 2,
-            bridge_bound_mm=bridge_bound_mm,
-        )
     # A line has a run for each stretch off the mold by itself, so that one without flat ply is always among them.
     worst = int(np.argmax(np.where(sure if sure.any() else single, runs.excess_mm, -np.inf)))
     excess_mm = float(runs.excess_mm[worst])
