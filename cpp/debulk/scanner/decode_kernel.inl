@@ -48,8 +48,10 @@ template <class T>
 DEBULK_INLINE void take(const T* const* from, long at, const Tables& t, const Place& place, const Arrived& kept, long to) {
   const auto p = static_cast<std::size_t>(place.period), last = static_cast<std::size_t>(t.periods - 1);
   const Planes& into = place.exposure == 0 ? kept.best : kept.coming;
-  Floats value[most_images], top = all(0.0f);
-  for (int k = 0; k < t.steps; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
+  Floats value[most_images];
+  value[0] = grey(from[0] + at);  // apart, for the compiler cannot know that there is a step
+  Floats top = higher(value[0], all(0.0f));
+  for (int k = 1; k < t.steps; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
   Floats offset = p == 0 ? all(0.0f) : load(into.offset + to), modulation = p == 0 ? all(0.0f) : load(into.modulation + to);
   Floats wrapped = wrapped_phase(value, t, offset, modulation);
   offset = choose(top < t.saturated, offset, all(nan));
