@@ -75,7 +75,8 @@ class BelowEdge:
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
             "the table",
             bound=f"no square of {LIMITS.square_mm:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
-            f"above the reference; a ply that hangs over the edge is judged up to {LIMITS.margin_mm:g} mm from it only",
+            "above the reference; a ply that hangs over the edge is judged up to "
+            f"{LIMITS.margin_mm:g} mm from the edge only",
         )
 
 
