@@ -76,8 +76,8 @@ format: $(stamps)/tools ## Put all files into the house's format
 	.venv/bin/ruff check --fix-only $(python_files)
 	.venv/bin/clang-format -i $(cpp_files)
 
-# Rooms that read files, walk over images by index, or share memory between threads; the others compute with Eigen's matrices.
-rooms ?= core files cloud
+# The rooms that read files or walk over images by index with many threads; those after them compute with few, or with Eigen.
+rooms ?= core scanner files cloud surface pocket fibre rawscan
 space := $(subst ,, )
 sanitized = $(layer) 'C++ tests under $(1)' '$(quietly) cmake --preset $(1) && \
 	$(quietly) cmake --build --preset $(1) --target $(rooms:%=test_%) && ctest --preset $(1) -j $(2) -R "^($(subst $(space),|,$(strip $(rooms))))\."'
@@ -263,7 +263,8 @@ $(stamps)/docs: $(stamps)/venv
 	@touch $@
 
 $(stamps)/fuzz: $(stamps)/venv
-	@command -v clang++ > /dev/null || $(quietly) apt-get install -y clang libclang-rt-dev
+	@command -v clang++ > /dev/null || { $(quietly) apt-get update -q && $(quietly) env DEBIAN_FRONTEND=noninteractive \
+		apt-get install -q -y --no-install-recommends clang libclang-rt-dev; }
 	@$(call required,fuzz) > $(stamps)/fuzz.txt
 	@$(pip) -r $(stamps)/fuzz.txt
 	@touch $@
