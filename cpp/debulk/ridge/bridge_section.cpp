@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -33,10 +32,14 @@ struct Line {
   double radius = 0;  // mm, largest radius of an arc that friction holds
 };
 
+Polygon corners(const Box& box) {
+  return {box.low, {box.high.x(), box.low.y()}, box.high, {box.low.x(), box.high.y()}};
+}
+
 class Lines {
  public:
   Lines(const FootMap& feet, const Foot& foot, const Surface& mold, const BridgeSectionOptions& options)
-      : ply_(feet, foot), feet_(feet), mold_(mold), options_(options), outline_(options.ply) {}
+      : ply_(feet, foot), feet_(feet), mold_(mold), options_(options), outline_(options.ply.empty() ? corners(options.mold_known) : options.ply) {}
 
   // Measures one line; returns false if the mold below it is not known.
   bool measure(const Eigen::Vector2d& origin, const Eigen::Vector2d& along, int reach) {
@@ -53,11 +56,11 @@ class Lines {
     last += static_cast<int>(after.size());
     if (!known(at(first)) || !known(at(last))) return false;
 
-    const double way_back = way_out(at(first), -along), way_on = way_out(at(last), along);
+    const double way_back = outline_.way_out(at(first), -along), way_on = outline_.way_out(at(last), along);
     const int lead = laid_beyond(at, first, -1, way_back), trail = laid_beyond(at, last, 1, way_on);
     Line line;
     line.mold.step = kStep;
-    line.radius = options_.ply.empty() ? kStraight : options_.friction * std::min(way_back, way_on);
+    line.radius = options_.friction * std::min(way_back, way_on);
     for (int k = first - lead; k <= last + trail; ++k) line.mold.heights.push_back(mold_.height(at(k)));
     gaps.insert(gaps.begin(), static_cast<std::size_t>(lead), 0.0);
     gaps.insert(gaps.end(), static_cast<std::size_t>(trail), 0.0);
@@ -111,11 +114,6 @@ class Lines {
       ++laid_;
     }
     return count;
-  }
-
-  // Returns how far the ply goes on; without end if its outline is not known.
-  double way_out(const Eigen::Vector2d& from, const Eigen::Vector2d& direction) const {
-    return options_.ply.empty() ? std::numeric_limits<double>::infinity() : outline_.way_out(from, direction);
   }
 
   double lower_side(const Eigen::Vector2d& xy) const { return ply_.anywhere(xy) - feet_.options.thickness_mm; }

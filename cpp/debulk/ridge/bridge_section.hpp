@@ -28,7 +28,7 @@ struct BridgeSectionOptions {
   double friction = 0.4;      // mu
   double pressure = 0.1;      // MPa
   double least_error = 0.04;  // mm, least error of the length by which a fibre is too short
-  Polygon ply;                // outline of the ply; empty: not known, and friction holds every pull
+  Polygon ply;                // outline of the ply; empty: not known, and the ply ends where the mold does
   Box mold_known;             // the mold is known inside this box only
 };
 
