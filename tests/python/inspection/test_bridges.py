@@ -201,11 +201,12 @@ def test_without_an_outline_friction_holds_as_far_as_the_reference_reaches(tight
     (one,) = inspect(150.0, 45.0, 2.5, outline=None).pockets
     assert one.drawn_in_mm is None
     assert one.verdict is Verdict.CREASE
-    assert one.bridge_section.hold_n_per_mm == pytest.approx(tight.pockets[0].bridge_section.hold_n_per_mm + 1.6, abs=0.1)
+    held = tight.pockets[0].bridge_section.hold_n_per_mm
+    assert one.bridge_section.hold_n_per_mm == pytest.approx(held + 0.04 * 40, abs=0.1)
     report = inspect(2000.0, 150.0, 2.5, outline=None)
     assert report.pockets[0].verdict is Verdict.CEASE and report.pockets[0].bridge_section.range_mm[1] == 0.0
     (entry,) = [entry for entry in report.left_out if entry.what == "free edges and friction"]
-    assert "up to the reference's edge" in entry.bound
+    assert "reference's edge" in entry.bound
 
 
 # --- below the tolerances: over a narrow hollow a ply stands lower than any pocket, and has nothing to spare ---
