@@ -20,8 +20,6 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.pocket import Dropped, Feet, Segmentation, Unseen
 from debulk.recipe import options
 
-__all__ = ["BumpPlace", "looked_at_again"]
-
 _LEAST_HALF_MM = 40.0  # half the side of the first window round a bump; it grows until the bump's foot lies in it
 # In standard deviations of the heights' noise: over the thousand pixels of a contour, a peak and a notch of pure noise
 # reach five of them each.
@@ -31,29 +29,20 @@ _MOST_FRAYED_MM = 0.2  # a notch deeper than this separates two bumps, however n
 
 @dataclass(frozen=True, eq=False)
 class BumpPlace:
-    """A dropped bump, and the piece of the scan in which it stands.
-
-    Attributes
-    ----------
-    dropped
-        The bump as the segmentation lists it.
-    cut_mm
-        Height at which it is cut out.
-    whole, feet
-        Segmentation and feet of the piece of the scan.
-    unseen, masked
-        What the scan does not show, and for each of its holes whether the mask hides it.
-    runs
-        The runs of the fibre lines over the scan.
-    """
+    """A dropped bump, and the piece of the scan in which it stands."""
 
     dropped: Dropped
+    """The bump as the segmentation lists it."""
     cut_mm: float
+    """Height at which it is cut out."""
     whole: Segmentation
     feet: Feet
+    """`whole`, `feet`: segmentation and feet of the piece of the scan."""
     unseen: Unseen
     masked: tuple[bool, ...]
+    """`unseen`, `masked`: what the scan does not show, and for each of its holes whether the mask hides it."""
     runs: ScanRuns | None
+    """The runs of the fibre lines over the scan."""
 
     def cell(self, heights: Grid) -> tuple[int, int]:
         """Return the column and the row of the bump's middle on a grid."""

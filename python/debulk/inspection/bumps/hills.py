@@ -16,8 +16,6 @@ from debulk.inspection.running.stopping import heed
 from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import options
 
-__all__ = ["Hill", "apart", "find", "without_tolerances"]
-
 _SEARCH = "the search for low hills"  # it heeds a stop between passes over all cells, of some ten milliseconds each
 _ABOVE_FOOT_MM = 0.05  # a hill's contour is cut at least this far above its foot
 _SPECK_SHARE = 0.05  # of AreaTol (`area_tol_mm2`): the segmentation lists nothing smaller

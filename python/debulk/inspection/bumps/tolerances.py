@@ -25,35 +25,23 @@ from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
-__all__ = ["Bump", "bump_name", "findings", "left_out", "named_places", "promoted", "weigh"]
-
 
 @dataclass(frozen=True, eq=False)
 class Bump:
-    """A bump that the tolerances drop, and a bound on what debulking could make of it.
-
-    Attributes
-    ----------
-    dropped
-        The bump as the segmentation lists it.
-    excess_mm
-        Largest excess that a fibre over it may have; None if it was not bounded.
-    why
-        How it was bounded, in words, or why it is judged as a pocket.
-    found
-        The bump as a pocket that is judged; None: it stays dropped.
-    stands
-        The place where it stands, with its foot; None if it was not bounded.
-    late
-        Whether the deadline passed before it was bounded.
-    """
+    """A bump that the tolerances drop, and a bound on what debulking could make of it."""
 
     dropped: Dropped
+    """The bump as the segmentation lists it."""
     why: str
+    """How it was bounded, in words, or why it is judged as a pocket."""
     excess_mm: float | None = None
+    """Largest excess that a fibre over it may have; None if it was not bounded."""
     found: FoundPocket | None = None
+    """The bump as a pocket that is judged; None: it stays dropped."""
     stands: FoundPocket | None = None
+    """The place where it stands, with its foot; None if it was not bounded."""
     late: bool = False
+    """Whether the deadline passed before it was bounded."""
 
 
 def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:

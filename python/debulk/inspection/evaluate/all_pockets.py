@@ -17,8 +17,6 @@ from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
-__all__ = ["audit", "evaluate_all", "not_judged"]
-
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
     """Evaluate all pockets, one per thread at a time; `begun` is the share of the work that is already done."""

@@ -25,8 +25,6 @@ from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_n
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["judged"]
-
 Heights = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]

@@ -9,29 +9,19 @@ from debulk.results.report import LeftOut, PocketReport
 from debulk.results.unsettled import PICTURE
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["Evaluation", "not_evaluated", "seen_of"]
-
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A pocket's part of the report.
-
-    Attributes
-    ----------
-    report
-        The pocket.
-    left_out
-        What it leaves out.
-    late
-        What a deadline cut off; empty: nothing.
-    turned
-        How the net contradicts the fibre lines that decided; empty: it does not.
-    """
+    """A pocket's part of the report."""
 
     report: PocketReport
+    """The pocket."""
     left_out: tuple[LeftOut, ...] = ()
+    """What it leaves out."""
     late: str = ""
+    """What a deadline cut off; empty: nothing."""
     turned: str = ""
+    """How the net contradicts the fibre lines that decided; empty: it does not."""
 
     def with_picture_of(self, other: Evaluation) -> Evaluation:
         """Return this evaluation with net and minimum of another one of the same pocket."""

@@ -21,8 +21,6 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
 
-__all__ = ["evaluate", "settle"]
-
 log = logging.getLogger("debulk")
 
 

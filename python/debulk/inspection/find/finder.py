@@ -13,8 +13,6 @@ from debulk.inspection.find.regions import RegionFinder
 from debulk.inspection.find.whole_scan import WholeScanFinder
 from debulk.inspection.ply.setup import Setup
 
-__all__ = ["Finder", "finder_for"]
-
 
 class Finder(Protocol):
     """A finder is prepared once for a reference, then used for scan after scan, by one thread at a time."""

@@ -15,40 +15,27 @@ from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
 from debulk.results.report import LeftOut
 
-__all__ = ["Found", "FoundPocket", "RegionFigures", "runs_over"]
-
 
 @dataclass(frozen=True, eq=False)
 class FoundPocket:
-    """One pocket of a segmentation.
-
-    Attributes
-    ----------
-    number
-        1 for the largest pocket of the scan.
-    segmentation, feet
-        The piece of the scan in which the pocket was found.
-    index
-        Index of the pocket in that piece, from 0.
-    unseen
-        What the scan does not show.
-    promoted
-        Why it is judged although it is below a tolerance; empty if it is not below any.
-    joined
-        Numbers of the other pockets that share their foot with this one; its net spans them too.
-    masked, runs
-        As in the `Found` that the pocket comes from.
-    """
+    """One pocket of a segmentation."""
 
     number: int
+    """1 for the largest pocket of the scan."""
     segmentation: Segmentation
     feet: Feet
+    """`segmentation`, `feet`: the piece of the scan in which the pocket was found."""
     index: int
+    """Index of the pocket in that piece, from 0."""
     unseen: Unseen
+    """What the scan does not show."""
     promoted: str = ""
+    """Why it is judged although it is below a tolerance; empty if it is not below any."""
     joined: tuple[int, ...] = ()
+    """Numbers of the other pockets that share their foot with this one; its net spans them too."""
     masked: tuple[bool, ...] = ()
     runs: ScanRuns | None = None
+    """`masked`, `runs`: as in the `Found` that the pocket comes from."""
 
     @property
     def hidden(self) -> tuple[bool, ...]:
@@ -83,67 +70,33 @@ def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class RegionFigures:
-    """How much of a scan was examined if its pockets were found through regions of interest.
-
-    Attributes
-    ----------
-    rows, columns
-        Steps between the rows and the columns of pixels that the coarse pass reads.
-    pixel_mm
-        Longest side of a pixel on the ply.
-    eye_mm2
-        Area between two such rows and two such columns; nothing larger can be missed there.
-    flag_mm
-        Height above which the coarse pass takes a pixel for a part of a pocket.
-    windows
-        Number of windows that were processed.
-    read_share, image_share
-        Share of the pixels that the coarse pass and the sample of the outlier filter read, and share that lies in
-        windows.
-    threshold_mm, threshold_error_mm, sample
-        Threshold of the outlier filter, its standard error, and the number of points that it was computed from; an
-        error of 0 means that all points were used.
-    """
+    """How much of a scan was examined if its pockets were found through regions of interest."""
 
     rows: int
     columns: int
+    """`rows`, `columns`: steps between the rows and the columns of pixels that the coarse pass reads."""
     pixel_mm: float
+    """Longest side of a pixel on the ply."""
     eye_mm2: float
+    """Area between two such rows and two such columns; nothing larger can be missed there."""
     flag_mm: float
+    """Height above which the coarse pass takes a pixel for a part of a pocket."""
     windows: int
+    """Number of windows that were processed."""
     read_share: float
     image_share: float
+    """`read_share`, `image_share`: share of the pixels that the coarse pass and the sample of the outlier filter read,
+    and share that lies in windows."""
     threshold_mm: float
     threshold_error_mm: float
     sample: int
+    """`threshold_mm`, `threshold_error_mm`, `sample`: threshold of the outlier filter, its standard error, and the
+    number of points that it was computed from; an error of 0 means that all points were used."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """The pockets of a scan, found in one piece or in several.
-
-    Attributes
-    ----------
-    parts
-        The segmented pieces of the scan, with their feet. No pocket is in two pieces.
-    unseen
-        How much of the ply is known (of the reference, if the outline is unknown), and the holes in it.
-    overview
-        Heights above the reference for a picture.
-    times_ms
-        Duration of each stage.
-    left_out
-        What this kind of search leaves out.
-    regions
-        Figures of the regions of interest; None if the whole scan was processed.
-    doubt
-        Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for.
-    masked
-        For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask.
-    runs
-        The runs of the fibre lines over the parts; None: not read.
-    pitch_mm
-        Distance from point to point of the scan; 0: not measured. The heights between them are interpolated.
 
     Examples
     --------
@@ -157,15 +110,25 @@ class Found:
     """
 
     parts: tuple[tuple[Segmentation, Feet], ...]
+    """The segmented pieces of the scan, with their feet. No pocket is in two pieces."""
     unseen: Unseen
+    """How much of the ply is known (of the reference, if the outline is unknown), and the holes in it."""
     overview: Grid
+    """Heights above the reference for a picture."""
     times_ms: dict[str, float] = field(default_factory=dict)
+    """Duration of each stage."""
     left_out: tuple[LeftOut, ...] = ()
+    """What this kind of search leaves out."""
     regions: RegionFigures | None = None
+    """Figures of the regions of interest; None if the whole scan was processed."""
     doubt: str = ""
+    """Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for."""
     masked: tuple[bool, ...] = ()
+    """For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask."""
     runs: ScanRuns | None = None
+    """The runs of the fibre lines over the parts; None: not read."""
     pitch_mm: float = 0.0
+    """Distance from point to point of the scan; 0: not measured. The heights between them are interpolated."""
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:

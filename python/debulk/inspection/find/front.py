@@ -13,8 +13,6 @@ from debulk.cloud import as_cloud
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
 
-__all__ = ["FrontEnd"]
-
 InputError = _core.InputError
 
 

@@ -15,8 +15,6 @@ from debulk.recipe import options
 from debulk.results.runs import ExcessRuns
 from debulk.ridge import excess_of_ridge
 
-__all__ = ["long_runs"]
-
 
 def long_runs(scanned: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> ExcessRuns | None:
     """Return all runs of the lines on which the excess of one may make a ridge that does not surely count as none."""

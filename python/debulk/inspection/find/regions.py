@@ -20,8 +20,6 @@ from debulk.results.report import LeftOut
 if TYPE_CHECKING:
     pass
 
-__all__ = ["RegionFinder"]
-
 _WHOLE = "none: the whole scan was processed, which takes longer"
 _LEAST_RATIO = 1.5  # with 1.0 a clean scan loses 5 % of the ply on flanks, with 1.5 nothing (measured on 14 pockets)
 

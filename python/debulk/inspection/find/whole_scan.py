@@ -16,8 +16,6 @@ from debulk.inspection.find.front import FrontEnd
 from debulk.inspection.ply.setup import Setup
 from debulk.recipe import options
 
-__all__ = ["WholeScanFinder"]
-
 _FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
 
 

@@ -7,8 +7,6 @@ import numpy as np
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 
-__all__ = ["cells_round", "cut_out", "grown"]
-
 
 def cells_round(box_mm: Floats, grid: Grid, margin_mm: float) -> tuple[slice, slice]:
     """Return the rows and columns of a grid in a box, given by its (2, 2) lowest and highest corner, with a margin."""

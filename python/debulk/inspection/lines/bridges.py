@@ -20,8 +20,6 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.bridge_section import BridgeSection
 
-__all__ = ["Bridge", "bridge_over", "net_spacing_mm"]
-
 # Where a fibre is surely too short, the upper end of its height by its errors lay below that of an own code in 6 of 24
 # scans, by up to 0.14 mm (bench/trust/bridges_fresh.txt). The margin of the limit covers the rest.
 _MISSED_MM = 0.1
@@ -30,21 +28,14 @@ _UNKNOWN = (math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Bridge:
-    """The bridge over one place.
-
-    Attributes
-    ----------
-    bound_mm
-        No fibre bridges a larger gap, whatever its length.
-    section
-        The fibre that bridges highest; None if the bound is enough, or if the mold is not known.
-    range_mm
-        Lowest and highest height of the bridge, with the consolidated ply; NaN: not known.
-    """
+    """The bridge over one place."""
 
     bound_mm: float
+    """No fibre bridges a larger gap, whatever its length."""
     section: BridgeSection | None
+    """The fibre that bridges highest; None if the bound is enough, or if the mold is not known."""
     range_mm: tuple[float, float]
+    """Lowest and highest height of the bridge, with the consolidated ply; NaN: not known."""
 
     def counts(self, least_mm: float) -> bool:
         """Return whether it may be this high."""

@@ -15,8 +15,6 @@ from debulk.results.bridge_section import bridge_section_line
 from debulk.results.report import ExcessReport
 from debulk.verdict import Judgement, Verdict
 
-__all__ = ["ByRuns", "by_runs", "criteria", "surely_held", "with_section"]
-
 _DENSER = "give a denser scan"
 _SMOOTH_IN = "treat it as CREASE, or smooth the ply into the hollow and scan again"
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from debulk.inspection.lines.bridges import Bridge
     from debulk.inspection.minima.laid_pocket import LaidPocket
 
-__all__ = ["BothEnds", "at_both_ends"]
-
 _REMEDY = "treat it as CREASE, or smooth it out over the ply's edge and scan again"
 
 

@@ -11,8 +11,6 @@ from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.starts import Settled
 from debulk.results.report import PocketNet, SolveReport
 
-__all__ = ["debulked_figures", "net_figures"]
-
 
 def net_figures(laid: LaidPocket) -> dict[str, Any]:
     """Return the fields of a pocket's report that come from its net."""

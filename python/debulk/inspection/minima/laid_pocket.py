@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 Criterion = Literal["excess", "paper"]
 
-__all__ = ["REFUSED", "LaidPocket", "lay_net", "lay_pocket"]
-
 # Statuses of a solve which mean that the pocket itself cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "too_stiff")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
@@ -37,39 +35,26 @@ _LAY_DOWN = "lay it down there and scan again"
 
 @dataclass(frozen=True, eq=False)
 class LaidPocket:
-    """One pocket with its net and its ply.
-
-    Attributes
-    ----------
-    net
-        Laid on the pocket's patch.
-    sheet
-        The ply: that net with its energies.
-    reference
-        The surface below.
-    measured_share
-        Share of the pocket's area that the scanner saw.
-    closed_rim
-        Whether fixed nodes, or the ply's edge, close the pocket all round.
-    held
-        Whether its rim is held, so that the fibre lines decide it; else its minima do.
-    held_excess_mm
-        Largest excess of a fibre that is held at both ends, at the net's spacing.
-    doubt
-        Why the pocket may crease although its net does not; None if nothing suggests that.
-    recipe
-        All settings.
-    """
+    """One pocket with its net and its ply."""
 
     net: net.Net
+    """Laid on the pocket's patch."""
     sheet: sheet.Sheet
+    """The ply: that net with its energies."""
     reference: surface.Reference
+    """The surface below."""
     measured_share: float
+    """Share of the pocket's area that the scanner saw."""
     closed_rim: bool
+    """Whether fixed nodes, or the ply's edge, close the pocket all round."""
     held: bool
+    """Whether its rim is held, so that the fibre lines decide it; else its minima do."""
     held_excess_mm: float
+    """Largest excess of a fibre that is held at both ends, at the net's spacing."""
     doubt: Reason | None
+    """Why the pocket may crease although its net does not; None if nothing suggests that."""
     recipe: Recipe
+    """All settings."""
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out the compiled objects; a copy that comes from another process can still be judged."""

@@ -6,8 +6,6 @@ from debulk import sheet
 from debulk.inspection.minima.starts import Settled
 from debulk.results.report import LeftOut
 
-__all__ = ["of_pocket"]
-
 _TERMS = {
     "friction": LeftOut(
         what="friction of pockets inside the ply",

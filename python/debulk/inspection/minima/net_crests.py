@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from debulk import ridge
 
-__all__ = ["NetCrest", "net_crests"]
-
 _ALONG = ((0, 1), (2, 3))  # columns of a net's neighbours, ahead and back, for each of the two fibre directions
 _ACROSS = _ALONG[::-1]  # columns of the neighbours on the next fibre, to either side
 
@@ -22,21 +20,14 @@ Links = list[list[int]]
 
 @dataclass(frozen=True, eq=False)
 class NetCrest:
-    """A ridge of the net.
-
-    Attributes
-    ----------
-    nodes
-        Its peaks in order, each on a different fibre.
-    points_mm
-        (K, 3) positions of these nodes, with one more point at each end, half the path on to the next fibre.
-    section
-        Its highest section.
-    """
+    """A ridge of the net."""
 
     nodes: tuple[int, ...]
+    """Its peaks in order, each on a different fibre."""
     points_mm: Floats
+    """(K, 3) positions of these nodes, with one more point at each end, half the path on to the next fibre."""
     section: ridge.RidgeSection
+    """Its highest section."""
 
 
 def net_crests(found: ridge.PostProcessed, neighbours: NDArray[np.int32], nodes_mm: Floats) -> list[NetCrest]:

@@ -19,8 +19,6 @@ from debulk.surface import Reference
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["dump", "load", "replay"]
-
 FORMAT = "debulk-solve-1"
 MARGIN = 20  # grid spacings around the nodes: the effect of the spline's border falls by a factor of 4 per spacing
 _KEYS = ("nodes_mm", "neighbours", "kinds", "spacing_mm", "area_mm2", "reference", "ply", "options", "ended")

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from debulk.results.report import ExcessReport
     from debulk.surface import Reference
 
-__all__ = ["of_excess", "of_minima"]
-
 # Half the width of the band that contains the highest ridge of nine in ten minima from other starts
 # (bench/study/places.txt), in radii of a disc of the foot's area: first the band about the ridge by the excess, then
 # the band about the ridge of a minimum at the ply's edge, where the highest ridge may stand anywhere in the pocket.

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-__all__ = ["Stopwatch"]
-
 
 @dataclass
 class Stopwatch:

@@ -15,8 +15,6 @@ from debulk.results.report import ExcessReport
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["alone", "bound", "most_mm", "of_runs", "ridge_of", "upper_mm"]
-
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
     """Return the ridge that the runs over a pocket make, with its range.

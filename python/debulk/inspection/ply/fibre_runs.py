@@ -21,8 +21,6 @@ from debulk.surface import Reference
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
-__all__ = ["PlyFibres", "ScanRuns", "left_by_means"]
-
 Floats = NDArray[np.float64]
 # Means over 3 mm and the interpolation between them left of the excess of bells 16, 20, 24 and 40 mm wide, on a map of
 # 0.8 mm: 0.44, 0.55, 0.67 and 0.86. That is exp(-25 (pitch / width)^2) within 0.04. It is to be a bound: of eight
@@ -38,18 +36,12 @@ def left_by_means(apart_mm: float, width_mm: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ScanRuns:
-    """The runs of all fibre lines over a scan.
-
-    Attributes
-    ----------
-    runs
-        One row for each run.
-    largest
-        Largest excess of a run over each place, mm.
-    """
+    """The runs of all fibre lines over a scan."""
 
     runs: FibreRuns
+    """One row for each run."""
     largest: Grid
+    """Largest excess of a run over each place, mm."""
     _lines: _core.fibre.FibreLines
     _field: _core.fibre.ExcessField
     _known: WeakKeyDictionary[Feet, NDArray[np.int32]] = field(default_factory=WeakKeyDictionary)
