@@ -119,10 +119,16 @@ TEST(BridgeSection, IsNoneWhereNoFibreIsTooShort) {
   EXPECT_EQ(longer->most_gap, 0);
 }
 
-TEST(BridgeSection, IsNotKnownWithoutOutlineOrMold) {
-  BridgeSectionOptions no_outline = held(580), mold_ends = held(580);
+TEST(BridgeSection, IsHeldAsFarAsTheMoldReachesIfTheOutlineIsNotKnown) {
+  BridgeSectionOptions no_outline = held(580);
   no_outline.ply.clear();
-  EXPECT_FALSE(over(scanned(kPly), no_outline));
+  const auto out = over(scanned(kPly), no_outline);
+  ASSERT_TRUE(out);
+  EXPECT_NEAR(out->hold, 0.04 * (2000 - kHalf), 0.1);
+}
+
+TEST(BridgeSection, IsNotKnownWithoutTheMold) {
+  BridgeSectionOptions mold_ends = held(580);
   mold_ends.mold_known = {{-30, -2000}, {2000, 2000}};  // under the pocket
   EXPECT_FALSE(over(scanned(kPly), mold_ends));
   mold_ends.mold_known = {{-60, -2000}, {2000, 2000}};  // beyond it
