@@ -29,7 +29,9 @@ def test_reports_and_comparisons_are_in_the_history(layup, tmp_path):
     history = History(path)
     stored = history.report(1)
     assert stored.reason == report.reason and stored.trace.context == {"part": "A-17"}
-    assert np.array_equal(stored.pockets[0].debulked_mm, report.pockets[0].debulked_mm)
+    decided = report.as_decided().pockets  # nets are kept where the verdict needed them
+    assert [p.as_decided().solve for p in stored.pockets] == [p.solve for p in decided]
+    assert all(np.array_equal(p.outline_mm, q.outline_mm) for p, q in zip(stored.pockets, decided, strict=True))
     assert history.comparison(2).agreement == comparison.agreement
     assert [row.record for row in history.find(part="A-17")] == [1]
 

@@ -51,7 +51,7 @@ def test_the_command_says_then_and_now(model, tmp_path, capsys):
 
 def test_other_files_and_options_are_refused(model, tmp_path):
     (tmp_path / "b.json").write_text('{"format": "other"}')
-    with pytest.raises(InputError, match=r"debulk\.inspection\.evaluate\.replay\.dump"):
+    with pytest.raises(InputError, match=r"debulk\.inspection\.minima\.replay\.dump"):
         replay.load(tmp_path / "b.json")
     with pytest.raises(InputError, match="speed"):
         replay.dump(tmp_path / "c.json", model, speed=3)

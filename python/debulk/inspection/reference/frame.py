@@ -32,7 +32,8 @@ def check_cloud_frame(points_mm: Floats, pitch_mm: float) -> None:
     if far > LARGEST_MM:
         raise InputError(
             f"reference: expected coordinates within {LARGEST_MM / 1000:g} m of the mold frame's origin, but got "
-            f"{far:.4g} mm: check the unit of the pose's translation, or choose an origin at the mold"
+            f"{far:.4g} mm: check the unit of the pose's translation and of the points (micrometres?), or choose an "
+            "origin at the mold"
         )
     if pitch_mm < _LEAST_PITCH_MM:
         raise InputError(
