@@ -86,9 +86,7 @@ void bind_ridge(py::module_ m) {
       .def_readonly("rms_mm", &PostProcessed::rms)
       .def_readonly("excess_length_mm", &PostProcessed::excess_length);
 
-  py::class_<HeldExcess>(m, "HeldExcess")
-      .def_readonly("fibres", &HeldExcess::fibres)
-      .def_readonly("largest_mm", &HeldExcess::largest);
+  py::class_<HeldExcess>(m, "HeldExcess").def_readonly("fibres", &HeldExcess::fibres).def_readonly("largest_mm", &HeldExcess::largest);
   m.def("held_excess", &held_excess, py::arg("net"), py::arg("mold"), py::call_guard<py::gil_scoped_release>());
   m.def(
       "string_bound",

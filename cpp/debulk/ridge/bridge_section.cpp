@@ -39,7 +39,11 @@ Polygon corners(const Box& box) {
 class Lines {
  public:
   Lines(const FootMap& feet, const Foot& foot, const Surface& mold, const BridgeSectionOptions& options)
-      : ply_(feet, foot), feet_(feet), mold_(mold), options_(options), outline_(options.ply.empty() ? corners(options.mold_known) : options.ply) {}
+      : ply_(feet, foot),
+        feet_(feet),
+        mold_(mold),
+        options_(options),
+        outline_(options.ply.empty() ? corners(options.mold_known) : options.ply) {}
 
   // Measures one line; returns false if the mold below it is not known.
   bool measure(const Eigen::Vector2d& origin, const Eigen::Vector2d& along, int reach) {

@@ -80,8 +80,7 @@ std::string not_proven(const PocketEvidence& evidence) {
     return evidence.certified ? "the deadline passed before all starts that the rule asks for were tried"
                               : "the deadline passed before the solution was certified" + status;
   if (!evidence.certified) return "the solution is not certified" + status;
-  if (!usable(evidence.rms) || !usable(evidence.ridge_height))
-    return "the solution has no finite figures" + status;
+  if (!usable(evidence.rms) || !usable(evidence.ridge_height)) return "the solution has no finite figures" + status;
   return "";
 }
 

@@ -80,6 +80,7 @@ def patch(
 
     Examples
     --------
+    >>> import numpy as np
     >>> from debulk.pocket import feet, segment
     >>> y, x = np.mgrid[-60.0:61.0, -60.0:61.0]
     >>> bell = 0.3 + 8 * np.cos(np.pi / 2 * np.minimum(np.hypot(x, y) / 40, 1)) ** 2
