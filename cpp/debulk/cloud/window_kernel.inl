@@ -102,8 +102,7 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
 // Decides the row's points. above, here: the links of the row above and of this row.
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
-  const std::uint32_t index =
-      static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
+  const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
   int places[strip + lanes], distances[strip + lanes], count = 0;  // of pixels that are to be resolved; bits of a float
   const Pinhole& camera = pass.camera;
   const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), 1, pass));
@@ -264,8 +263,8 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
     d.z[k] = cloud.point(column, row)[2];
   }
   const Pinhole& camera = pass.camera;
-  const double widest = std::max(
-      {std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)), std::abs(camera.v(cloud.height - 1.0))});
+  const double widest = std::max({std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)),
+                                  std::abs(camera.v(cloud.height - 1.0))});
   const float reach = pass.certified ? bound(widest, 2, pass) : std::numeric_limits<float>::max();
   const float low = static_cast<float>(pass.low), high = static_cast<float>(pass.high);
   for (int k = 0; k < d.count; k += lanes) {

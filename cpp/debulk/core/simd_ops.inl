@@ -245,8 +245,9 @@ DEBULK_INLINE unsigned bits(Ints mask) {
   const auto low = static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.low)));
   return low | static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.high))) << 8;
 #elif defined(__x86_64__)
-  const auto of = [](RegisterInts quarter)
-                      DEBULK_LAMBDA { return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(quarter))); };
+  const auto of = [](RegisterInts quarter) DEBULK_LAMBDA {
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(quarter)));
+  };
   return of(mask.low.low) | of(mask.low.high) << 4 | of(mask.high.low) << 8 | of(mask.high.high) << 12;
 #else
   unsigned out = 0;

@@ -13,16 +13,10 @@ struct Pair {
 
   using Mask = Pair<decltype(std::declval<Half>() < std::declval<Half>()), int>;
 
-#define DEBULK_LANEWISE(Result, op)                         \
-  DEBULK_INLINE friend Result operator op(Pair a, Pair b) { \
-    return {a.low op b.low, a.high op b.high};              \
-  }                                                         \
-  DEBULK_INLINE friend Result operator op(Pair a, Lane b) { \
-    return {a.low op b, a.high op b};                       \
-  }                                                         \
-  DEBULK_INLINE friend Result operator op(Lane a, Pair b) { \
-    return {a op b.low, a op b.high};                       \
-  }
+#define DEBULK_LANEWISE(Result, op)                                                                              \
+  DEBULK_INLINE friend Result operator op(Pair a, Pair b) { return {a.low op b.low, a.high op b.high}; }         \
+  DEBULK_INLINE friend Result operator op(Pair a, Lane b) { return {a.low op b, a.high op b}; }                  \
+  DEBULK_INLINE friend Result operator op(Lane a, Pair b) { return {a op b.low, a op b.high}; }
   DEBULK_LANEWISE(Pair, +)
   DEBULK_LANEWISE(Pair, -)
   DEBULK_LANEWISE(Pair, *)

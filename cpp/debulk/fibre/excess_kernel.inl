@@ -5,8 +5,8 @@ DEBULK_INLINE double hypotenuse(double step, double rise) {
 }
 
 // The excess of each step from point to point, by either mean.
-inline void excess_of_steps(const double* fine, const double* coarse, const double* mold, int count, double step,
-                            double* __restrict by_fine, double* __restrict by_coarse) {
+inline void excess_of_steps(const double* fine, const double* coarse, const double* mold, int count, double step, double* __restrict by_fine,
+                            double* __restrict by_coarse) {
   for (int k = 0; k < count; ++k) {
     const double rise = mold[k + 1] - mold[k], along_mold = hypotenuse(step, rise);
     by_fine[k] = hypotenuse(step, rise + (fine[k + 1] - fine[k])) - along_mold;

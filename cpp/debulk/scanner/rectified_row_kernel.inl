@@ -26,8 +26,7 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     i -= next_x, j -= next_y;
     u = choose(next_x | (u < nearly_whole), all(0.0f), u);
     v = choose(next_y | (v < nearly_whole), all(0.0f), v);
-    const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}),
-               below = choose(v > 0.0f, Ints{} + view.width, Ints{});
+    const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}), below = choose(v > 0.0f, Ints{} + view.width, Ints{});
     const Floats a = gather(view.phase, at), b = gather(view.phase, at + beside);
     const Floats c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
     const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
