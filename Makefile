@@ -107,8 +107,10 @@ mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in 
 
 .PHONY: fuzz
 seconds ?= 60
+runs ?= -1
+seed ?= 0
 fuzz: $(stamps)/tests $(stamps)/fuzz ## Fuzz every reader and loader, for so many seconds each: make fuzz seconds=60
-	$(layer) 'fuzzing' 'cmake/fuzz.sh $(CURDIR)/$(python) $(seconds)'
+	$(layer) 'fuzzing' 'cmake/fuzz.sh $(CURDIR)/$(python) $(seconds) $(runs) $(seed)'
 
 .PHONY: corpus
 corpus: ## Keep what raised the coverage of make fuzz in tests/fuzz/corpus.tar.xz, where every later run begins

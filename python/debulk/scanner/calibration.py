@@ -192,8 +192,8 @@ class Calibration:
             error_px, projector, certainty = (data.get(name) for name in ("error_px", "projector", "certainty"))
             return cls(
                 *(data[name] for name in names),
-                image_errors_px=data.get("image_errors_px"),
-                spoiling=data.get("spoiling"),
+                image_errors_px=_table("image_errors_px", data, int, float),
+                spoiling=_table("spoiling", data, str),
                 error_px=float("nan") if error_px is None else error_px,
                 certainty=None if certainty is None else Certainty.from_data(certainty),
                 boards=[BoardPlace.from_data(board) for board in _list("boards", data)],
@@ -302,6 +302,13 @@ def _list(name: str, data: Mapping[str, Any]) -> list[Any]:
     value = data.get(name, [])
     if not isinstance(value, list):
         raise InputError(f"{name}: expected a list, but got {value!r}")
+    return value
+
+
+def _table(name: str, data: Mapping[str, Any], *kinds: type) -> dict[str, Any]:
+    value = data.get(name) or {}
+    if not isinstance(value, dict) or not all(isinstance(one, kinds) for one in value.values()):
+        raise InputError(f"{name}: expected names with one {kinds[-1].__name__} each, but got {value!r}")
     return value
 
 
