@@ -202,6 +202,10 @@ class Calibration:
             )
         except (InputError, KeyError) as error:
             raise InputError(f"{path}: {error}") from None
+        except (TypeError, ValueError, ArithmeticError, AttributeError) as error:
+            raise InputError(
+                f"{path}: expected what a calibration writes, but a value is of another kind: {error}"
+            ) from None
 
     @cached_property
     def rectified(self) -> Rectified:
