@@ -146,7 +146,9 @@ def bars(rows) -> str:
     height = y + 40 + 22 * (len(names) // 4)
     style = 'font-family="sans-serif" font-size="14" fill="#222"'
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="1080" height="{height}" viewBox="-40 0 1080 {height}" {style}>' + "".join(out) + "</svg>\n"
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="1080" height="{height}" viewBox="-40 0 1080 {height}" {style}>'
+        + "".join(out)
+        + "</svg>\n"
     )
 
 
