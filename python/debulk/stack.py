@@ -116,6 +116,8 @@ class Stack:
         ply_outline: ArrayLike | None = None,
         fibre_angles_deg: Angles = (0.0, 90.0),
         progress: Progress | None = None,
+        *,
+        nominal_angles_deg: Angles | None = None,
     ) -> Inspector:
         """Prepare the inspection of the next ply above the ply before, and return its inspector.
 
@@ -125,10 +127,16 @@ class Stack:
             If the ply before was not inspected, not scanned after debulking, or did not pass; or an argument is wrong.
         """
         self._refuse_next()
-        return self._laid(self._made(ply_outline, fibre_angles_deg, progress))
+        return self._laid(self._made(ply_outline, fibre_angles_deg, nominal_angles_deg, progress))
 
     @typed
-    def lay_ahead(self, ply_outline: ArrayLike | None = None, fibre_angles_deg: Angles = (0.0, 90.0)) -> None:
+    def lay_ahead(
+        self,
+        ply_outline: ArrayLike | None = None,
+        fibre_angles_deg: Angles = (0.0, 90.0),
+        *,
+        nominal_angles_deg: Angles | None = None,
+    ) -> None:
         """Do what `lay` does while the ply is draped: begin the preparation in a thread of its own, and return at once.
 
         The next `inspect` is of this ply, and waits for what is left of the preparation. The inspector is the same to
@@ -143,7 +151,8 @@ class Stack:
         """
         self._refuse_next()
         outline, angles = inputs.outline(ply_outline), checked_angles(fibre_angles_deg)  # copies, which nobody changes
-        self._ahead = Ahead(lambda progress: self._made(outline, angles, progress))
+        nominal = None if nominal_angles_deg is None else checked_angles(nominal_angles_deg, "nominal_angles_deg")
+        self._ahead = Ahead(lambda progress: self._made(outline, angles, nominal, progress))
 
     def cancel(self) -> None:
         """End the preparation of the ply that was laid ahead, or else the inspection; no thread is left.
@@ -163,8 +172,9 @@ class Stack:
         laid = self._ahead is not None and not self._ahead.failed
         return f"ply {len(self.plies) + 1} was laid ahead, and not inspected yet" if laid else ""
 
-    def _made(self, outline: Any, angles: Any, progress: Progress | None) -> Inspector:
-        return Inspector(self.recipe, self._below, outline, angles, progress=progress, **self._options)
+    def _made(self, outline: Any, angles: Any, nominal: Any, progress: Progress | None) -> Inspector:
+        given = {"nominal_angles_deg": nominal, "progress": progress, **self._options}
+        return Inspector(self.recipe, self._below, outline, angles, **given)
 
     def _laid(self, inspector: Inspector) -> Inspector:
         self._inspector, self._ahead = inspector, None

@@ -35,6 +35,18 @@ def text_of(path):
     return " ".join(" ".join(read(path.read_text(encoding="utf-8")).text).split())
 
 
+def test_a_ply_of_a_stack_has_angles_of_a_sensor_and_its_nominal_ones(virtual):
+    measured = debulk.Grid(np.full((21, 21, 2), (5.0, 95.0)), (-800.0, -800.0), 80.0)
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    inspector = stack.lay(virtual.ply_outline, measured, nominal_angles_deg=(0.0, 90.0))
+    assert inspector.nominal_angles_deg is not None
+    (turned,) = [one for one in stack.inspect(virtual.scan).findings if one.check == "fibre_angles"]
+    with Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner) as ahead:
+        ahead.lay_ahead(virtual.ply_outline, measured, nominal_angles_deg=(0.0, 90.0))
+        (again,) = [one for one in ahead.inspect(virtual.scan).findings if one.check == "fibre_angles"]
+    assert again == turned and turned.at_best is Verdict.INVALID
+
+
 def test_a_stack_carries_the_reference_from_ply_to_ply(virtual, tmp_path):
     stack = Stack(RECIPE, virtual.reference, part="A-17", mold_from_scanner=virtual.mold_from_scanner)
     with pytest.raises(InputError, match="expected a ply to be laid first"):
