@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk import _core
+from debulk.arrays import Floats
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -57,7 +58,7 @@ def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
         bound_mm = min(bound_mm, float(runs.gap_mm[runs.low_mm < runs.uncertainty_mm].max(initial=0.0)))
     if options.cannot_bridge(bound_mm, recipe):
         return Bridge(bound_mm, None, (0.0, 0.0))
-    section = _measured(found, ply, stop)
+    section = _measured(found, ply, angles, stop)
     return Bridge(bound_mm, section, _UNKNOWN if section is None else section.range_mm)
 
 
@@ -67,14 +68,14 @@ def net_spacing_mm(found: FoundPocket, ply: PlyOnMold) -> float:
     return net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / net.node_target))
 
 
-def _measured(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:
+def _measured(found: FoundPocket, ply: PlyOnMold, angles: Floats, stop: _core.Stop) -> BridgeSection | None:
     """Measure the fibres of a pocket on the scan; None if the mold is not known below all of them."""
     recipe = ply.recipe
     out = _core.ridge.bridge_section(
         found.feet._core,
         found.feet._core.feet[found.index],
         ply.reference,
-        np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm)),
+        angles,
         ply.outline,
         options.ply(recipe),
         2 * recipe.verdict.excess_margin_mm,  # a ridge is half as high as its excess is long

@@ -59,12 +59,22 @@ def by_runs(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> ByRuns:
         certified=False, inside_ply=True, excess_range_mm=known.range_mm, criteria=criteria(recipe, "excess")
     )
     known = replace(known, verdict=alone.verdict)
-    return ByRuns(known, bridge, _denser(with_section(judged, bridge), known, recipe))
+    return ByRuns(known, bridge, _denser(with_section(judged, bridge, recipe), known, recipe))
 
 
-def with_section(judged: Judgement, bridge: Bridge) -> Judgement:
+def with_section(judged: Judgement, bridge: Bridge, recipe: Recipe, *, compliant: bool = False) -> Judgement:
     """Say how a fibre stands that is too short, where its bridge makes a pocket worse than CEASE."""
-    if bridge.section is None or "bridge" not in judged.reason or judged.verdict in (Verdict.CEASE, Verdict.INVALID):
+    if bridge.section is None or not judged.decided_by or judged.verdict is Verdict.CEASE:
+        return judged
+    alone = verdict.judge(
+        certified=False,
+        inside_ply=True,
+        excess_range_mm=(0.0, 0.0),
+        bridge_range_mm=bridge.range_mm,
+        compliant=compliant,
+        criteria=criteria(recipe, "excess"),
+    )
+    if alone.verdict is not judged.verdict:
         return judged
     reason = f"{judged.reason}; {bridge_section_line(bridge.section)}"
     return replace(judged, reason=reason, remedy=_SMOOTH_IN if judged.verdict is Verdict.UNDECIDED else judged.remedy)

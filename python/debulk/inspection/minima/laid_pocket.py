@@ -113,7 +113,7 @@ class LaidPocket:
             criteria=criteria(recipe or self.recipe, criterion),
         )
         if bridge is not None:
-            judged = with_section(judged, bridge)
+            judged = with_section(judged, bridge, recipe or self.recipe, compliant=solution.certificate.compliant)
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt.text, remedy=self.doubt.remedy)
         return judged

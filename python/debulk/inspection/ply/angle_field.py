@@ -11,16 +11,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk import _core, pocket
+from debulk import pocket
 from debulk._core import InputError
+from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.ply.fibre_angles import looked_up, points_of
 from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 _MEAN_MM = 10.0
 _AGREE = np.cos(np.radians(2 * 20.0))  # of doubled angles that scatter by 20 degrees
 _LEAST_APART_MM = 5.0  # of the points of what is made from a field: a sensor's may be far finer
@@ -148,7 +146,7 @@ def across_gaps(field: Grid) -> Grid:
 
 def gaps_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> Grid | None:
     """Return where on the ply no directions are known, as flags 5 mm or a field's spacing apart; None: nowhere."""
-    around = np.asarray(_core.surface.extent(reference)) if ply_outline is None else ply_outline
+    around = reference.box_mm if ply_outline is None else ply_outline
     low, spacing_mm = around.min(axis=0), max(_LEAST_APART_MM, float(field.spacing_mm))
     nx, ny = np.ceil((around.max(axis=0) - low) / spacing_mm).astype(int) + 1
     gaps = Grid(np.zeros((ny, nx), dtype=np.bool_), low, spacing_mm)
@@ -166,8 +164,8 @@ def shear_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> G
     step = max(1, int(np.ceil(_LEAST_APART_MM / field.spacing_mm)))
     coarse = Grid(field.values[::step, ::step], field.origin_mm, step * field.spacing_mm)
     xy = points_of(coarse)
-    corners = np.asarray(_core.surface.extent(reference))
-    within = (xy >= corners.min(axis=0)).all(axis=2) & (xy <= corners.max(axis=0)).all(axis=2)
+    low, high = reference.box_mm
+    within = (xy >= low).all(axis=2) & (xy <= high).all(axis=2)
     known = within & np.isfinite(coarse.values).all(axis=2) & on_ply(coarse, ply_outline)
     slope = reference.gradient(xy[known])
     angles = np.radians(coarse.values[known])
@@ -179,7 +177,7 @@ def shear_of(field: Grid, reference: Reference, ply_outline: Floats | None) -> G
     return Grid(values, coarse.origin_mm, coarse.spacing_mm)
 
 
-def on_ply(grid: Grid, ply_outline: Floats | None) -> Flags:
+def on_ply(grid: Grid, ply_outline: Floats | None) -> Bools:
     """Return which points of a grid lie on the ply, (ny, nx); all of them if the outline is not known."""
     shape = grid.values.shape[:2]
     if ply_outline is None:
@@ -187,7 +185,7 @@ def on_ply(grid: Grid, ply_outline: Floats | None) -> Flags:
     return pocket.inside(ply_outline, points_of(grid).reshape(-1, 2)).reshape(shape)
 
 
-def parts_of(marked: Flags, grid: Grid, least_mm2: float) -> Iterator[Part]:
+def parts_of(marked: Bools, grid: Grid, least_mm2: float) -> Iterator[Part]:
     """Yield the connected parts of the marked points of a grid that are not smaller than this, the largest first."""
     _, labels, figures, _ = cv2.connectedComponentsWithStats(marked.astype(np.uint8), connectivity=8)
     areas = figures[1:, cv2.CC_STAT_AREA] * float(grid.spacing_mm) ** 2
