@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Sheet"]
 
-_PLY_NAMES = (
-    "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "pressure_mpa", "gravity_m_s2", "lumping",
-    "torsion_n_mm", "in_plane_bending_n_mm", "tack_n_mm3", "pressure_direction",
-)  # fmt: skip
-
 
 class Sheet:
     """Potential energy of a pin-jointed net of prepreg under vacuum.
@@ -187,7 +182,9 @@ class Sheet:
     @property
     def ply(self) -> dict[str, float | str]:
         """Material and loads, by the names that `Recipe.material` and `Recipe.loads` give them."""
-        return {name: getattr(self._ply, name) for name in _PLY_NAMES}
+        from debulk.recipe.options import LOADS, PLY
+
+        return {name: getattr(self._ply, name) for name in (*PLY, *LOADS)}
 
     @property
     def edge_mm(self) -> Floats | None:

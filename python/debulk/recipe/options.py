@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,9 @@ from debulk import _core
 
 if TYPE_CHECKING:
     from debulk.recipe.model import Recipe
+    from debulk.recipe.section import Section
 
+Options = TypeVar("Options")
 _LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
@@ -20,15 +22,27 @@ _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump t
 # Blur of the heights, as a variance in squares of their spacing: by gridding (surface/image_gridding.hpp), and by a
 # median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
 _GRIDDING, _MEDIAN = 0.25, 0.75 / 12
+PLY = (
+    "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "torsion_n_mm", "in_plane_bending_n_mm",
+    "tack_n_mm3",
+)  # fmt: skip
+LOADS = ("pressure_mpa", "gravity_m_s2", "lumping", "pressure_direction")
+_CRITERIA = (
+    "max_rms_mm", "min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm",
+    "compliance_margin_mm",
+)  # fmt: skip
+
+
+def _with(options: Options, table: Section, *names: str) -> Options:
+    """Return compiled options with these settings of a table, which have the same names there."""
+    for name in names:
+        setattr(options, name, getattr(table, name))
+    return options
 
 
 def outliers(recipe: Recipe) -> _core.cloud.OutlierOptions:
     """Return the options that determine which points of the scan are removed."""
-    options = _core.cloud.OutlierOptions()
-    options.neighbours = recipe.clean.neighbours
-    options.std_ratio = recipe.clean.std_ratio
-    options.least_ratio = recipe.clean.least_ratio
-    return options
+    return _with(_core.cloud.OutlierOptions(), recipe.clean, "neighbours", "std_ratio", "least_ratio")
 
 
 def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOptions:
@@ -45,10 +59,8 @@ def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOption
 
 def segment(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.pocket.SegmentOptions:
     """Return the options that determine what counts as a pocket, on a ply with this outline."""
-    options = _core.pocket.SegmentOptions()
-    options.cut_height_mm = recipe.segmentation.cut_height_mm
-    options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
-    options.peak_tol_mm = recipe.segmentation.peak_tol_mm
+    names = "cut_height_mm", "area_tol_mm2", "peak_tol_mm"
+    options = _with(_core.pocket.SegmentOptions(), recipe.segmentation, *names)
     options.smooth_mm = recipe.patch.smooth_mm
     options.ply_outline = ply_outline
     return options
@@ -65,10 +77,8 @@ def unseen(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.poc
 
 def feet(recipe: Recipe) -> _core.pocket.FootOptions:
     """Return the options that determine where a pocket's ply comes down to the mold."""
-    options = _core.pocket.FootOptions()
+    options = _with(_core.pocket.FootOptions(), recipe.patch, "mold_tol_mm", "smooth_mm")
     options.thickness_mm = recipe.material.thickness_mm
-    options.mold_tol_mm = recipe.patch.mold_tol_mm
-    options.smooth_mm = recipe.patch.smooth_mm
     return options
 
 
@@ -123,10 +133,7 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     """Return the options that determine how a pocket's net is laid."""
     options = _core.net.LayPocketOptions()
     options.mode = recipe.patch.mode
-    options.net.spacing_mm = recipe.net.spacing_mm
-    options.net.node_target = recipe.net.node_target
-    options.net.free_edge_mm = recipe.net.free_edge_mm
-    options.net.paths = recipe.net.paths
+    _with(options.net, recipe.net, "spacing_mm", "node_target", "free_edge_mm", "paths")
     return options
 
 
@@ -144,31 +151,13 @@ def fibre_lines(recipe: Recipe, draw_mm: float) -> _core.fibre.FibreOptions:
 
 def ply(recipe: Recipe) -> _core.sheet.PlyMaterial:
     """Return the material and the loads of the sheet."""
-    options = _core.sheet.PlyMaterial()
-    options.thickness_mm = recipe.material.thickness_mm
-    options.young_mpa = recipe.material.young_mpa
-    options.shear_mpa = recipe.material.shear_mpa
-    options.density_kg_m3 = recipe.material.density_kg_m3
-    options.friction = recipe.material.friction
-    options.pressure_mpa = recipe.loads.pressure_mpa
-    options.gravity_m_s2 = recipe.loads.gravity_m_s2
-    options.lumping = recipe.loads.lumping
-    options.torsion_n_mm = recipe.material.torsion_n_mm
-    options.in_plane_bending_n_mm = recipe.material.in_plane_bending_n_mm
-    options.tack_n_mm3 = recipe.material.tack_n_mm3
-    options.pressure_direction = recipe.loads.pressure_direction
-    return options
+    return _with(_with(_core.sheet.PlyMaterial(), recipe.material, *PLY), recipe.loads, *LOADS)
 
 
 def minimise(recipe: Recipe) -> _core.sheet.MinimiseOptions:
     """Return the options that determine how a minimum is found, from the starts that every pocket gets."""
-    options = _core.sheet.MinimiseOptions()
-    options.method = recipe.solve.method
-    options.starts = recipe.solve.starts
-    options.seed = recipe.solve.seed
-    options.solve.tolerance = recipe.solve.tolerance
-    options.solve.max_iterations = recipe.solve.max_iterations
-    options.solve.stiffness = recipe.solve.stiffness
+    options = _with(_core.sheet.MinimiseOptions(), recipe.solve, "method", "starts", "seed")
+    _with(options.solve, recipe.solve, "tolerance", "max_iterations", "stiffness")
     return options
 
 
@@ -182,9 +171,7 @@ def section_ply(recipe: Recipe) -> _core.section.SectionPly:
 
 def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
     """Return the options that determine how ridges are read from the net."""
-    options = _core.ridge.RidgeOptions()
-    options.thickness_mm = recipe.material.thickness_mm
-    options.bulk_factor = recipe.material.bulk_factor
+    options = _with(_core.ridge.RidgeOptions(), recipe.material, "thickness_mm", "bulk_factor")
     if recipe.ridge.touch_mm is not None:
         options.touch_mm = recipe.ridge.touch_mm
     return options
@@ -192,14 +179,7 @@ def ridge(recipe: Recipe) -> _core.ridge.RidgeOptions:
 
 def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> _core.verdict.Criteria:
     """Return the limits for the verdict, with the recipe's criterion unless another is named."""
-    options = _core.verdict.Criteria()
-    options.criterion = _core.verdict.Criterion.__members__[(criterion or recipe.verdict.criterion).upper()]
-    options.max_rms_mm = recipe.verdict.max_rms_mm
+    options = _with(_core.verdict.Criteria(), recipe.verdict, *_CRITERIA)
     options.max_ridge_height_mm = recipe.verdict.max_ridge_mm
-    options.min_coverage = recipe.verdict.min_coverage
-    options.min_pocket_coverage = recipe.verdict.min_pocket_coverage
-    options.rms_margin_mm = recipe.verdict.rms_margin_mm
-    options.ridge_margin_mm = recipe.verdict.ridge_margin_mm
-    options.excess_margin_mm = recipe.verdict.excess_margin_mm
-    options.compliance_margin_mm = recipe.verdict.compliance_margin_mm
+    options.criterion = _core.verdict.Criterion.__members__[(criterion or recipe.verdict.criterion).upper()]
     return options

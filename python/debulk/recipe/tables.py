@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -14,21 +14,24 @@ from debulk.recipe.section import Section
 _FRONT, _SEGMENT, _FEET = _core.surface.FrontEndOptions(), _core.pocket.SegmentOptions(), _core.pocket.FootOptions()
 _NET, _PLY, _MINIMISE = _core.net.LayPocketOptions(), _core.sheet.PlyMaterial(), _core.sheet.MinimiseOptions()
 _CRITERIA = _core.verdict.Criteria()
-_LARGEST_MM = 1000.0  # largest value of a limit and of its margin
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
+UpTo10 = Annotated[float, Field(ge=0, le=10)]
+UpTo100 = Annotated[float, Field(ge=0, le=100)]
+UpTo1000 = Annotated[float, Field(ge=0, le=1000)]
+Limit = Annotated[float, Field(gt=0, le=1000)]
 
 
 class Material(Section):
     """The ply: one layer of uncured prepreg."""
 
     thickness_mm: float = Field(default=_PLY.thickness_mm, gt=0, le=10, description="thickness t of the uncured ply")
-    young_mpa: float = Field(
-        default=_PLY.young_mpa, gt=0, description="modulus E that bends the ply, along both fibres"
-    )
-    shear_mpa: float = Field(default=_PLY.shear_mpa, gt=0, description="in-plane shear modulus G")
-    density_kg_m3: float = Field(default=_PLY.density_kg_m3, gt=0, description="density of the uncured ply")
-    friction: float = Field(
-        default=_PLY.friction, ge=0, le=10, description="friction coefficient of the ply on what lies below it"
-    )
+    young_mpa: Positive = Field(default=_PLY.young_mpa, description="modulus E that bends the ply, along both fibres")
+    shear_mpa: Positive = Field(default=_PLY.shear_mpa, description="in-plane shear modulus G")
+    density_kg_m3: Positive = Field(default=_PLY.density_kg_m3, description="density of the uncured ply")
+    friction: UpTo10 = Field(default=_PLY.friction, description="friction coefficient of the ply on what lies below it")
     bulk_factor: float = Field(
         default=_core.ridge.RidgeOptions().bulk_factor,
         ge=1,
@@ -41,22 +44,16 @@ class Material(Section):
         lt=90,
         description="shear from which the ply locks: it buckles rather than shear on (provisional)",
     )
-    torsion_n_mm: float = Field(
+    torsion_n_mm: UpTo1000 = Field(
         default=_PLY.torsion_n_mm,
-        ge=0,
-        le=1000,
         description="torsional stiffness of the tows over the ply's width, for the nets (docs/model.md, 3.1); 0: none",
     )
-    in_plane_bending_n_mm: float = Field(
+    in_plane_bending_n_mm: UpTo1000 = Field(
         default=_PLY.in_plane_bending_n_mm,
-        ge=0,
-        le=1000,
         description="stiffness of the tows against bending within the ply, over its width, for the nets; 0: none",
     )
-    tack_n_mm3: float = Field(
+    tack_n_mm3: UpTo100 = Field(
         default=_PLY.tack_n_mm3,
-        ge=0,
-        le=100,
         description="stiffness of the resin that holds the nets down where the ply lies on the mold; 0: none",
     )
 
@@ -65,7 +62,7 @@ class Loads(Section):
     """What presses the ply down."""
 
     pressure_mpa: float = Field(default=_PLY.pressure_mpa, gt=0, le=10, description="vacuum pressure P")
-    gravity_m_s2: float = Field(default=_PLY.gravity_m_s2, ge=0, le=100, description="acceleration of gravity")
+    gravity_m_s2: UpTo100 = Field(default=_PLY.gravity_m_s2, description="acceleration of gravity")
     pressure_direction: Literal["vertical", "normal"] = Field(
         default=_PLY.pressure_direction,  # type: ignore[arg-type]
         description='how the vacuum acts on the nets; "vertical": along -z, whatever the ply does; "normal": along the '
@@ -81,15 +78,12 @@ class Loads(Section):
 class Segmentation(Section):
     """Which regions of the height map count as pockets."""
 
-    cut_height_mm: float = Field(
-        default=_SEGMENT.cut_height_mm, gt=0, description="a pocket is where the ply stands higher than this"
+    cut_height_mm: Positive = Field(
+        default=_SEGMENT.cut_height_mm, description="a pocket is where the ply stands higher than this"
     )
-    area_tol_mm2: float = Field(default=_SEGMENT.area_tol_mm2, ge=0, description="smaller pockets are dropped")
-    peak_tol_mm: float = Field(
-        default=_SEGMENT.peak_tol_mm,
-        ge=0,
-        le=100,
-        description="pockets with a lower peak, above the cut height, are dropped",
+    area_tol_mm2: NotNegative = Field(default=_SEGMENT.area_tol_mm2, description="smaller pockets are dropped")
+    peak_tol_mm: UpTo100 = Field(
+        default=_SEGMENT.peak_tol_mm, description="pockets with a lower peak, above the cut height, are dropped"
     )
     regions: bool = Field(
         default=True,
@@ -107,22 +101,18 @@ class Clean(Section):
         le=64,
         description="neighbours that decide whether a point is an outlier",
     )
-    std_ratio: float = Field(
+    std_ratio: NotNegative = Field(
         default=_FRONT.outliers.std_ratio,
-        ge=0,
         description="a point is an outlier if its mean distance to them exceeds the mean of all by this many "
         "deviations",
     )
-    least_ratio: float = Field(
+    least_ratio: UpTo100 = Field(
         default=2.0,
-        ge=0,
-        le=100,
         description="and if it exceeds this many means, which spares the flanks of pockets in a clean scan; 0: the "
         "paper's rule",
     )
-    spike_mm: float = Field(
+    spike_mm: NotNegative = Field(
         default=0.5,
-        ge=0,
         description="a cell farther than this from the median of the cells two away takes that median; 0: none does",
     )
     median_cells: Literal[1, 3, 5] = Field(default=3, description="width of the median filter: 1 (none), 3 or 5 cells")
@@ -132,8 +122,8 @@ class Clean(Section):
         le=50,
         description="spacing of the height map; unset: the median distance of the reference's points, at least 0.5 mm",
     )
-    max_hole_mm: float = Field(
-        default=_FRONT.hole_diameter_mm, ge=0, description="drop-outs up to this width are filled from their rim"
+    max_hole_mm: NotNegative = Field(
+        default=_FRONT.hole_diameter_mm, description="drop-outs up to this width are filled from their rim"
     )
     fine_mm: float = Field(
         default=0.5,
@@ -159,15 +149,13 @@ class Level(Section):
     largest_pocket_share: float = Field(
         default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
     )
-    largest_edge_share: float = Field(
+    largest_edge_share: Share = Field(
         default=0.2,
-        ge=0,
-        le=1,
         description="share of the outline along which the scan may show the ply's edge elsewhere; it may never be 20 "
         "mm away along 120 mm",
     )
-    remove_offset_mm: float = Field(
-        default=0.0, ge=0, le=10, description="a rigid offset of the scan's height up to this is removed, and reported"
+    remove_offset_mm: UpTo10 = Field(
+        default=0.0, description="a rigid offset of the scan's height up to this is removed, and reported"
     )
 
 
@@ -175,16 +163,13 @@ class Patch(Section):
     """The surface on which the net is laid."""
 
     mode: Literal["foot", "paper"] = Field(
-        default="foot",
-        description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height',
+        default="foot", description='"foot": net down to where the ply meets the mold; "paper": glued at the cut height'
     )
-    mold_tol_mm: float = Field(
-        default=_FEET.mold_tol_mm, gt=0, description="nearer to the mold than this, the ply touches it"
+    mold_tol_mm: Positive = Field(
+        default=_FEET.mold_tol_mm, description="nearer to the mold than this, the ply touches it"
     )
-    smooth_mm: float = Field(
+    smooth_mm: UpTo100 = Field(
         default=_FEET.smooth_mm,
-        ge=0,
-        le=100,
         description="width over which the ply is smoothed before nets and measuring, so that noise is no length",
     )
 
@@ -202,11 +187,8 @@ class Net(Section):
     spacing_mm: float | None = Field(
         default=None, ge=0.1, le=1000, description="one spacing for all nets, in place of node_target; unset: none"
     )
-    free_edge_mm: float = Field(
-        default=_NET.net.free_edge_mm,
-        ge=0,
-        le=1000,
-        description="boundary nodes nearer than this to the ply's edge may slide",
+    free_edge_mm: UpTo1000 = Field(
+        default=_NET.net.free_edge_mm, description="boundary nodes nearer than this to the ply's edge may slide"
     )
     paths: Literal["geodesic", "vertical_plane", "least_shear"] = Field(
         default="geodesic",
@@ -237,15 +219,13 @@ class Solve(Section):
         le=1000,
         description="most starts of a pocket: it gets further ones, one by one, while its verdict may still change",
     )
-    close_ridge_mm: float = Field(
+    close_ridge_mm: NotNegative = Field(
         default=0.2,
-        ge=0,
         description="the verdict may still change where a start ends with a ridge or bridge nearer to the limit than "
         "this",
     )
-    close_rms_mm: float = Field(
+    close_rms_mm: NotNegative = Field(
         default=0.03,
-        ge=0,
         description="the same for an RMS; with both, as good as 6 starts for all, in half the time (bench/study)",
     )
     seed: int = Field(default=_MINIMISE.seed, ge=0, lt=2**63, description="seed of the perturbations")
@@ -286,51 +266,35 @@ class VerdictLimits(Section):
         description='what decides a pocket inside the ply; "excess": the ridge that its fibres\' excess makes; '
         '"paper": RMS and ridges of the minima, as at the ply\'s edge',
     )
-    max_rms_mm: float = Field(
+    max_rms_mm: Limit = Field(
         default=_CRITERIA.max_rms_mm,
-        gt=0,
-        le=_LARGEST_MM,
         description="largest RMS of the debulked gaps inside the outline; unset: 0.3, or a thicker ply's thickness",
     )
-    max_ridge_mm: float = Field(
-        default=_CRITERIA.max_ridge_height_mm,
-        gt=0,
-        le=_LARGEST_MM,
-        description="largest height of a ridge or a bridge (provisional)",
+    max_ridge_mm: Limit = Field(
+        default=_CRITERIA.max_ridge_height_mm, description="largest height of a ridge or a bridge (provisional)"
     )
-    min_coverage: float = Field(
-        default=_CRITERIA.min_coverage, ge=0, le=1, description="least share of the ply that the scan must show"
+    min_coverage: Share = Field(
+        default=_CRITERIA.min_coverage, description="least share of the ply that the scan must show"
     )
-    min_pocket_coverage: float = Field(
-        default=_CRITERIA.min_pocket_coverage,
-        ge=0,
-        le=1,
-        description="least share of a pocket's own area that the scan must show",
+    min_pocket_coverage: Share = Field(
+        default=_CRITERIA.min_pocket_coverage, description="least share of a pocket's own area that the scan must show"
     )
-    rms_margin_mm: float = Field(
+    rms_margin_mm: UpTo1000 = Field(
         default=_CRITERIA.rms_margin_mm,
-        ge=0,
-        le=_LARGEST_MM,
         description="an RMS nearer to its limit than this decides nothing: other starts move it about as much "
         "(bench/study)",
     )
-    ridge_margin_mm: float = Field(
+    ridge_margin_mm: UpTo1000 = Field(
         default=_CRITERIA.ridge_margin_mm,
-        ge=0,
-        le=_LARGEST_MM,
         description="a ridge or bridge of a minimum nearer to its limit than this decides nothing",
     )
-    excess_margin_mm: float = Field(
+    excess_margin_mm: UpTo1000 = Field(
         default=_CRITERIA.excess_margin_mm,
-        ge=0,
-        le=_LARGEST_MM,
         description="a ridge by the excess nearer to its limit than this decides nothing; more where noise or spacing "
         "ask for it",
     )
-    compliance_margin_mm: float = Field(
+    compliance_margin_mm: UpTo1000 = Field(
         default=_CRITERIA.compliance_margin_mm,
-        ge=0,
-        le=_LARGEST_MM,
         description="least margin of any figure where fibres needed a compliance",
     )
 
@@ -353,17 +317,15 @@ class VerdictLimits(Section):
 class Uncertainty(Section):
     """What is not known of the ply and of the limit; it enters the probabilities alone."""
 
-    thickness_share: float = Field(
-        default=0.05, ge=0, le=1, description="the thickness lies within this share of its nominal value, evenly"
+    thickness_share: Share = Field(
+        default=0.05, description="the thickness lies within this share of its nominal value, evenly"
     )
     angle_deg: float = Field(
         default=2.0, ge=0, le=45, description="the fibres run within this angle of where they are said to, evenly"
     )
-    limit_mm: float = Field(
-        default=0.0, ge=0, le=10, description="standard deviation of verdict.max_ridge_mm (debulk calibrate)"
-    )
-    spread_mm: float = Field(
-        default=0.0, ge=0, le=10, description="standard deviation of the limit from pocket to pocket (debulk calibrate)"
+    limit_mm: UpTo10 = Field(default=0.0, description="standard deviation of verdict.max_ridge_mm (debulk calibrate)")
+    spread_mm: UpTo10 = Field(
+        default=0.0, description="standard deviation of the limit from pocket to pocket (debulk calibrate)"
     )
 
 
@@ -391,11 +353,9 @@ class Run(Section):
         min_length=1,
         description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
     )
-    slow_ms: float = Field(default=1000.0, gt=0, description="a pocket whose solves take longer than this is slow")
-    audit: float = Field(
+    slow_ms: Positive = Field(default=1000.0, description="a pocket whose solves take longer than this is slow")
+    audit: Share = Field(
         default=0.0,
-        ge=0,
-        le=1,
         description="share of the pockets decided without a net for which one is made, too, to see that it does not "
         "contradict",
     )
