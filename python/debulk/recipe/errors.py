@@ -116,15 +116,7 @@ _LOWEST_SURE_MM = 1.7
 
 
 def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> list[Wrong]:
-    """Check the values against each other.
-
-    Parameters
-    ----------
-    values
-        All settings by section and name.
-    unusable
-        Dotted names of values that are already known to be wrong: checks that need them are left out.
-    """
+    """Check all settings against each other; those of dotted names that are wrong already are left out."""
     wrong: list[Wrong] = []
 
     def check(name: str, other: str, limit: float, why: str) -> None:

@@ -31,21 +31,10 @@ class PinholeImage(NamedTuple):
 
 
 def fit_camera(points: ArrayLike) -> tuple[float, float, float] | None:
-    """Fit a pinhole camera to an organised cloud.
+    """Fit f, cx, cy, pixels, to an organised cloud (H, W, 3) whose origin is the camera's centre, and whose z its axis.
 
-    Parameters
-    ----------
-    points
-        (H, W, 3) in the scanner's frame, whose origin is the camera's centre and whose z is its axis.
+    None if no pinhole camera fits: the cloud is not organised, or its points lie more than 0.1 px off their pixels.
 
-    Returns
-    -------
-    tuple[float, float, float] | None
-        f, cx, cy in pixels. None if no pinhole camera fits: the cloud is not organised, or its points lie more than
-        0.1 px off their pixels.
-
-    Examples
-    --------
     >>> import numpy as np
     >>> column, row = np.meshgrid(np.arange(40.0), np.arange(30.0))
     >>> points = 500.0 * np.dstack([(column - 19.5) / 80, (row - 14.5) / 80, np.ones_like(row)])

@@ -111,15 +111,10 @@ def clean(
     recipe: Recipe,
     stop: _core.Stop,
 ) -> None:
-    """Remove a cloud's outliers, and move it into the mold's frame, in place.
+    """Remove a cloud's outliers, and move it into the mold's frame, in place: its memory belongs to the caller alone.
 
-    Parameters
-    ----------
-    points
-        (H, W, 3) or (N, 3), scanner frame; in memory that belongs to the caller alone.
-    camera
-        (f, cx, cy) in pixels. If the cloud comes from this camera, neighbours are found in its image, twenty times
-        faster and with the same decisions. None means that the cloud does not come from a pinhole camera.
+    If it comes from the camera (f, cx, cy), pixels, neighbours are found in its image, twenty times faster and with the
+    same decisions. None means that it does not come from a pinhole camera.
     """
     threads = recipe.run.threads
     keep = _core.cloud.remove_outliers(points, options.outliers(recipe), threads, stop, camera)

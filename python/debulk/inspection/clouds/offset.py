@@ -17,24 +17,11 @@ def raised(
     along_rays: bool,
     stop: _core.Stop | None = None,
 ) -> NDArray[np.float32]:
-    """Return a copy of a scan whose points lie higher in the mold's frame.
+    """Return a copy of a scan in the scanner's frame whose points lie higher in the mold's frame, along its z.
 
-    Parameters
-    ----------
-    scan
-        (H, W, 3) or (N, 3), scanner frame, mm.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
-    offset_mm
-        Distance by which the points are raised along the mold's z.
-    along_rays
-        Whether each point stays on its pixel's ray, as the points of a pinhole camera must. It then also moves
-        sideways, by the offset times the tangent of the ray's angle to z.
-    stop
-        Once raised, it ends the work soon with `Stopped`.
+    `along_rays` keeps each point on its pixel's ray, as the points of a pinhole camera must be. It then also moves
+    sideways, by the offset times the tangent of the ray's angle to z.
 
-    Examples
-    --------
     >>> scan = np.array([[0.0, 300.0, 1000.0]], dtype=np.float32)
     >>> raised(scan, np.diag([1.0, -1.0, -1.0, 1.0]), 1.0, along_rays=True).tolist()
     [[0.0, 299.70001220703125, 999.0]]

@@ -39,23 +39,10 @@ _PLATE, _MEMBRANE = 1e-4, 1e4
 def judged(
     found: FoundPocket, seen: PocketReport, hole: PocketHoles, ply: PlyOnMold, stop: _core.Stop, evaluate: Evaluate
 ) -> Evaluation:
-    """Judge a pocket in each way that the ply may lie in the hole.
+    """Judge a pocket in each way that the ply may lie in the hole; `seen` is its report, as far as it was seen.
 
-    Parameters
-    ----------
-    found, seen
-        The pocket as far as it was seen, and its part of the report, filled in from that.
-    hole
-        The holes that border on it.
-    ply, stop
-        As in `evaluation.evaluate`.
-    evaluate
-        Evaluates a pocket whose rim is closed.
-
-    Returns
-    -------
-    Evaluation
-        The evaluation of the pocket with the hole filled in, with the verdict that follows from all ways.
+    The evaluation is that of the pocket with the hole filled in, with the verdict that follows from all ways.
+    `evaluate` evaluates a pocket whose rim is closed.
     """
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
     if any(one.of == "reference" for one in hole.holes):

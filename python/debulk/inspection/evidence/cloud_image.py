@@ -49,22 +49,9 @@ class CloudImage:
 def laid_out(
     scan: Cloud, mold_from_scanner: Floats | None, reference: Reference, box_mm: Floats, pitch_mm: float, threads: int
 ) -> CloudImage | None:
-    """Lay a list of points out as an image over a part of the mold; None: the part or the pitch is not known.
+    """Lay a list of points (N, 3), scanner's frame, out as an image over a part of the mold.
 
-    Parameters
-    ----------
-    scan
-        (N, 3), scanner's frame, NaN where nothing was seen.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
-    reference
-        The surface below the ply.
-    box_mm
-        (2, 2) lowest and highest mold XY of the part.
-    pitch_mm
-        Distance from point to point.
-    threads
-        0: as many as there are processors.
+    The part is a box (2, 2) of lowest and highest mold XY. None: the part, or the points' pitch, is not known.
     """
     lowest, highest = reference.box_mm
     low, high = np.maximum(box_mm[0], lowest), np.minimum(box_mm[1], highest)

@@ -56,21 +56,10 @@ class EdgeFit:
 class Outline:
     """The outline with its strips, prepared once and used for scan after scan.
 
-    Parameters
-    ----------
-    corners_mm
-        (M, 2), mold XY.
-    bare_mm
-        Gives the heights (N,) of the bare mold above the datum at (N, 2) places. None: 0 everywhere.
+    `bare_mm` gives the heights (N,) of the bare mold above the datum at (N, 2) places; None: 0 everywhere.
 
-    Attributes
-    ----------
-    places_mm, normals
-        (N, 2) points every 4 mm along it, and the outward unit normals there.
-    offsets_mm
-        (K,) distances of the strips' middles from it, positive outside it.
-    step_mm
-        Distance from one place to the next, along it.
+    `places_mm` and `normals` are (N, 2) points along it, `step_mm` apart, and the outward unit normals there;
+    `offsets_mm` (K,) are the distances of the strips' middles from it, positive outside it.
     """
 
     def __init__(self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None) -> None:

@@ -42,12 +42,8 @@ class Blocks:
 class PlyZones:
     """Finds the squares of scan after scan; everything that does not depend on the scan is prepared once.
 
-    Parameters
-    ----------
-    ply_outline
-        (M, 2), mold XY, mm; None: all of the reference counts as the ply.
-    low_mm, high_mm
-        (2,) corners of the box around the known part of the reference.
+    Without an outline, all of the reference counts as the ply, whose known part lies in the box from `low_mm` to
+    `high_mm`, (2,) each.
     """
 
     def __init__(self, ply_outline: Floats | None, low_mm: Floats, high_mm: Floats) -> None:

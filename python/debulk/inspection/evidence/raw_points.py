@@ -22,20 +22,10 @@ _OFF = 1.0  # pixels by which the points may miss their pixels: by more, another
 
 
 class RawPoints:
-    """The unfiltered points of a scan, thinned if the scan is dense.
+    """The unfiltered points of a scan in the scanner's frame, thinned if the scan is dense.
 
-    Parameters
-    ----------
-    scan
-        (H, W, 3) or (N, 3), scanner's frame, mm.
-    mask
-        (H, W), True where the image is not to be used, or None.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: the scan is in the mold's frame.
-    pitch_mm
-        Distance from point to point of the scan; inf: not known.
-    image
-        Image of the camera that took the reference; None: it is not known.
+    The mask hides pixels; the pitch of the points is inf, and the image of the reference's camera None, where it is not
+    known.
     """
 
     def __init__(

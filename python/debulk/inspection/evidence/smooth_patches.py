@@ -86,24 +86,9 @@ def some_on_ply(scan: Cloud, squares: Squares, on_ply: OnPly) -> Whole:
 def quiet_squares(
     scan: Cloud, squares: Squares, some: Whole, on_ply: OnPly, up: Floats, stop: _core.Stop, threads: int = 0
 ) -> QuietSquares:
-    """Find the squares on the ply that carry none of the scan's noise.
+    """Find the squares on the ply that carry none of the scan's noise, which is read from `some` of them.
 
-    Parameters
-    ----------
-    scan
-        (H, W, 3), scanner frame.
-    squares
-        The squares on its image.
-    some
-        Some of the squares on the ply, as `some_on_ply` returns them: the scan's noise is read from them.
-    on_ply
-        Function that returns which (N, 3) points lie on the ply.
-    up
-        (3,) the mold's z in the scanner's frame: heights may have been clipped along it, not along the scanner's z.
-    stop
-        Ends the search with `Stopped`.
-    threads
-        Number of threads; 0: as many as there are processors.
+    `up` (3,) is the mold's z in the scanner's frame: heights may have been clipped along it, not along the scanner's z.
     """
     shape = len(squares.rows), len(squares.columns)
     count = shape[0] * shape[1]
@@ -118,22 +103,11 @@ def quiet_squares(
 
 
 def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:
-    """Return the (H, W) mask of the pixels round which an image of heights carries none of its noise.
+    """Return the mask of the pixels round which heights (H, W) carry no noise, and why none can be missed, if so.
 
     A list of points gives coarse pixels, of which a filled-in pocket may hold no whole square. Within two pixels of a
-    patch's rim the noise from outside prevails: patches come out smaller by so much.
-
-    Parameters
-    ----------
-    height
-        (H, W), NaN where nothing was seen.
-    step_mm
-        Step to which the scan's depths were rounded; between two steps heights are smooth without having been filled.
-
-    Returns
-    -------
-    tuple
-        The mask, and why no noise can be missed; empty: it can.
+    patch's rim the noise from outside prevails: patches come out smaller by so much. Between two of the steps to which
+    the scan's depths were rounded, heights are smooth without having been filled.
     """
     fourths = [np.abs(np.diff(height.astype(np.float64), 4, axis=axis)) for axis in (0, 1)]
     known = np.concatenate([fourth[np.isfinite(fourth)] for fourth in fourths])

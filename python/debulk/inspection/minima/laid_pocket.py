@@ -77,23 +77,11 @@ class LaidPocket:
         recipe: Recipe | None = None,
         criterion: Criterion | None = None,
     ) -> verdict.Judgement:
-        """Judge the pocket by its minima.
+        """Judge the pocket by the figures of its best solution, and of every one that counts.
 
-        Parameters
-        ----------
-        solution
-            The best solution.
-        best, every
-            Its figures, and those of all solutions that count; if there are none, the best alone counts.
-        bridge
-            The bridge that counts, in place of those of the minima, whose figures are then those of `post_process`.
-        deadline_passed
-            Whether time ran out before the solution was certified, or before all starts that the rule asks for were
-            tried; then the figures of the minima decide nothing.
-        recipe
-            A recipe with other limits than the pocket's own, for studies.
-        criterion
-            A criterion to use instead of the recipe's.
+        A `bridge` counts in place of those of the minima, whose figures are then those of `post_process`. If the
+        deadline passed before all starts that the rule asks for were tried, they decide nothing. A recipe with other
+        limits than the pocket's own is for studies.
         """
         counted = every or [best]
         if bridge is not None:

@@ -66,18 +66,8 @@ def find_beyond(
 ) -> Beyond | None:
     """Return the largest piece that lies outside the outline; None: there is none of a size that matters.
 
-    Parameters
-    ----------
-    outline
-        The outline with its strips.
-    values
-        (N, K) heights in these strips.
-    thickness_mm
-        The ply's thickness.
-    raised_mm
-        By how much the whole scan stands too high, within the tolerance of the level.
-    spacing_mm
-        Of the map that the heights come from: two cells beside the outline, and less than nine, say nothing.
+    `values` (N, K) are the heights in its strips, of a map of this spacing: two cells beside the outline, and less than
+    nine, say nothing. `raised_mm` is by how much the whole scan stands too high, within the tolerance of the level.
     """
     off = outline.offsets_mm
     cell_mm2 = outline.step_mm * float(off[1] - off[0])

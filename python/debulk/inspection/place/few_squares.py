@@ -17,18 +17,9 @@ _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
 def few_squares_reason(
     zones: PlyZones, sample: Sample, on: NDArray[np.bool_], *, least: int, share: float, outlined: bool
 ) -> Reason:
-    """Say why there are too few squares, and what to do.
+    """Say why there are fewer than the `least` squares of the ply that are needed, and what to do.
 
-    Parameters
-    ----------
-    zones, sample, on
-        The ply's squares, the sample of the scan's points, and which of these lie well inside the ply.
-    least
-        How many squares are needed.
-    share
-        Share of the ply that the known squares cover.
-    outlined
-        Whether the ply's outline is known.
+    `on` are the points of the sample well inside the ply, `share` is that of the ply in the known squares.
     """
     known = np.isfinite(sample.height_mm)
     each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2

@@ -40,16 +40,8 @@ def level_reason(
 ) -> Reason | None:
     """Say why a level cannot be that of the ply, and what to do; None if it can.
 
-    Parameters
-    ----------
-    level, found
-        Level and deviation of the ply between its pockets.
-    recipe
-        Of which the section ``level`` is used.
-    pockets_share
-        Share of the ply that pockets may cover if they have not been left out.
-    loose_share
-        Share of the ply between the pockets that may stand up because it is a loose border or low bumps.
+    Pockets that were not left out may cover `pockets_share` of the ply, and `loose_share` of what is between them may
+    stand up, because it is a loose border or low bumps.
     """
     tol, share = options.level_tol_mm(recipe), recipe.level.largest_share
     if level.uncertainty_mm > 0.5 * tol:

@@ -66,19 +66,8 @@ class Placed:
 class Placing:
     """Checks scan after scan. Everything that does not depend on the scan is prepared in the constructor.
 
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections level, material, segmentation and run are used.
-    least_mm
-        Least thickness that the ply may have; None: the recipe's thickness.
-
-    Attributes
-    ----------
-    zones
-        Where the ply is, and where its level is read.
-    outline
-        Its outline, for checks of its edge; None: not known.
+    The ply may be thinner than the recipe says, down to `least_mm`. `zones` are where its level is read, and `outline`
+    serves the checks of its edge; None: it is not known.
     """
 
     def __init__(self, setup: Setup, least_mm: float | None = None) -> None:

@@ -35,14 +35,7 @@ LIMITS = Limits()
 def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats | None) -> Finding | None:
     """Return what is wrong if a piece of the mold below the ply is too steep for a verdict, else None.
 
-    Parameters
-    ----------
-    prepared
-        The reference, and the image of its camera if there is one: then the angle to the rays counts as well.
-    ply_outline
-        (M, 2), mold XY, mm.
-    mold_from_scanner
-        (4, 4), x_mold = T x_scanner; None: both frames are the same.
+    If the reference is the image of a camera, the angle to its rays counts as well.
     """
     low, high = prepared.reference.box_mm
     cell_mm = prepared.reference.spacing_mm

@@ -17,19 +17,10 @@ if TYPE_CHECKING:
 
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
-    """Return the ridge that the runs over a pocket make, with its range.
+    """Return the ridge that the runs over a pocket's foot make, at least one, with its range.
 
     What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
     what is free may be held, and what so little flat ply parts may gather in one fold.
-
-    Parameters
-    ----------
-    runs
-        The runs that cross the pocket's foot; at least one.
-    bridge_bound_mm
-        As in `ExcessReport`.
-    recipe
-        Material and limits.
     """
     least_mm = 2 * recipe.verdict.excess_margin_mm  # an excess is twice as long as its ridge is high
     margin_mm = np.maximum(runs.uncertainty_mm, least_mm)

@@ -69,13 +69,7 @@ class ScanRuns:
 
 
 class PlyFibres:
-    """The lines along both fibre directions of a ply; made once, read in every scan.
-
-    Parameters
-    ----------
-    reference, ply_outline, fibre_angles_deg, recipe
-        As in `debulk.inspection.ply.ply_on_mold.PlyOnMold`.
-    """
+    """The lines along both fibre directions of a ply; made once, read in every scan."""
 
     def __init__(
         self, reference: Reference, ply_outline: Floats | None, fibre_angles_deg: Floats | Grid, recipe: Recipe
@@ -90,18 +84,9 @@ class PlyFibres:
     def over(
         self, parts: Sequence[tuple[Segmentation, Feet]], stop: _core.Stop, *, whole: bool, threads: int
     ) -> ScanRuns:
-        """Read the lines over pieces of a scan; raises `Stopped`.
+        """Read the lines over segmented pieces of a scan with their feet; raises `Stopped`.
 
-        Parameters
-        ----------
-        parts
-            The segmented pieces, with their feet.
-        stop
-            Ends the reading.
-        whole
-            Whether they are the whole scan: then nothing is known beyond them. Otherwise the ply lies flat there.
-        threads
-            0: as many as the process may use.
+        If these are the whole scan, nothing is known beyond them. Otherwise the ply lies flat there.
         """
         wanted = options.fibre_lines(self._recipe, self._draw_mm)
         wanted.threads = threads

@@ -56,15 +56,9 @@ class Hump:
 
 
 def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
-    """Return the humps of a reference, the highest ridge first.
+    """Return the humps of a reference's heights under the ply, the highest ridge first.
 
-    Parameters
-    ----------
-    seen
-        Heights of the reference, NaN where nothing was seen.
-    ply
-        The ply on it: humps inside its outline are looked at, along its fibres. If those turn from place to place, x
-        and y are taken.
+    They are read along its fibres, or along x and y if those turn from place to place.
     """
     recipe = ply.recipe
     angles = (0.0, 90.0) if isinstance(ply.fibre_angles_deg, Grid) else tuple(map(float, ply.fibre_angles_deg))
@@ -86,17 +80,7 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
 
 
 def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tuple[Hump, ...]:
-    """Return the humps whose ridge would exceed the limit together with what a scan shows on them.
-
-    Parameters
-    ----------
-    humps
-        Of the reference.
-    largest
-        Largest excess of the ply's fibres over each place, mm; None: the ply lies down.
-    recipe
-        Its limit of a ridge.
-    """
+    """Return the humps whose ridge exceeds the limit together with the largest excess that a scan shows on them."""
     out = []
     for hump in humps:
         own_mm = 0.0 if largest is None else _largest_near(largest, hump)

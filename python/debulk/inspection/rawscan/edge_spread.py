@@ -42,19 +42,7 @@ _NEWTON = 4  # steps from that estimate to the pixel that shows a place
 
 
 class EdgeSpread:
-    """Measures the spread of the ply's edge in scan after scan.
-
-    Parameters
-    ----------
-    prepared
-        The prepared reference.
-    mold_from_scanner
-        (4, 4); None if both frames are the same.
-    outline
-        The outline of the ply.
-    thickness_mm
-        The thickness of the ply.
-    """
+    """Measures the spread of the ply's edge in scan after scan."""
 
     def __init__(
         self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline, thickness_mm: float
@@ -67,17 +55,7 @@ class EdgeSpread:
         self._places, self._normals = outline.places_mm[some], outline.normals[some]
 
     def least_mm(self, scan: Cloud, mask: Bools | None, threads: int) -> float:
-        """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known.
-
-        Parameters
-        ----------
-        scan
-            (H, W, 3), scanner frame, NaN where nothing was seen.
-        mask
-            (H, W) True where the image is not to be used.
-        threads
-            0 means as many as there are processors.
-        """
+        """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known."""
         if min(scan.shape[:2]) <= 2 * LIMITS.half_pixels:
             return float("nan")
         pixels, kept = self._pixels_at(scan)
@@ -139,12 +117,7 @@ class EdgeSpread:
 def _sigmas(height: Floats, out: Floats) -> Floats:
     """Return the sigma in pixels of the edge in each of N windows of M points; NaN where it is not that of one ply.
 
-    Parameters
-    ----------
-    height
-        (N, M) heights above the reference in thicknesses, NaN where not known.
-    out
-        (N, M) distances from the outline in pixels, positive outwards.
+    `height` (N, M) is in thicknesses above the reference, `out` (N, M) in pixels from the outline, positive outwards.
     """
     known = np.isfinite(height)
     high, low = _quantile(height, known, 0.9), _quantile(height, known, 0.1)

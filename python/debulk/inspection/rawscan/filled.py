@@ -103,17 +103,7 @@ class Filled:
 
 
 class FilledSearch:
-    """Looks for filled-in, clipped or smoothed parts in scan after scan.
-
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections ``clean``, ``material``, ``segmentation`` and ``run`` are used.
-    zones
-        Where the ply is.
-    outline
-        The outline of the ply; None if it is not known.
-    """
+    """Looks for filled-in, clipped or smoothed parts in scan after scan."""
 
     def __init__(self, setup: Setup, zones: PlyZones, outline: Outline | None) -> None:
         self._setup, self._zones, self._threads = setup, zones, setup.recipe.run.threads

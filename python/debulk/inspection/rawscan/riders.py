@@ -51,17 +51,7 @@ def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carr
 def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Finding]:
     """Judge the carriers: UNDECIDED for each one that would cease but could crease because of a bump on it.
 
-    Parameters
-    ----------
-    raw
-        The scan before any filter.
-    on
-        The carriers to search.
-    ply
-        The ply and the recipe by which they are judged.
-    stop
-        Raised from another thread, it ends the search with `Stopped`. After its deadline, carriers that were not
-        searched are in doubt.
+    After the deadline of the stop, carriers that were not searched are in doubt.
     """
     limit_mm = ply.recipe.verdict.max_ridge_mm
 

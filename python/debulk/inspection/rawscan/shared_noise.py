@@ -43,14 +43,7 @@ def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[
     for white noise of one unit, are too small compared with its scatter. A scanner's own noise, even if correlated, has
     a white part. Noise after a median filter has one too, but the same depth occurs again and again.
 
-    Parameters
-    ----------
-    scan
-        (H, W, 3), scanner frame, NaN where nothing was seen.
-    squares, index
-        The squares to look at: the lattice, and the numbers, counted row by row, of squares that lie on the ply.
-    step
-        Pixels from one point that is looked at to the next.
+    The numbers `index`, counted row by row, are those of squares on the ply.
     """
     some = index[
         (_TURN * len(index) * np.arange(min(LIMITS.most_squares, len(index)))).astype(np.int64) % max(1, len(index))

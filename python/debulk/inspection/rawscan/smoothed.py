@@ -72,15 +72,7 @@ class Smoothed:
 
 
 class SmoothedSearch:
-    """Looks for signs of smoothing in scan after scan.
-
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections clean, material and run are used.
-    outline
-        The ply's outline; None: the ply's edge is not looked at.
-    """
+    """Looks for signs of smoothing in scan after scan; without an outline not at the ply's edge."""
 
     def __init__(self, setup: Setup, outline: Outline | None) -> None:
         recipe, given = setup.recipe, (setup.prepared, setup.mold_from_scanner)

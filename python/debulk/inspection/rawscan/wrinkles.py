@@ -61,11 +61,7 @@ class Standing:
 class WrinkleSearch:
     """Looks for wrinkles in scan after scan.
 
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections material, verdict and run are used. The mold is not known where the heights that
-        the smooth surface was fitted to are NaN.
+    The mold is not known where the heights that the smooth surface was fitted to are NaN.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -81,14 +77,7 @@ class WrinkleSearch:
     def find(self, scan: Cloud, mask: NDArray[np.bool_] | None, stop: _core.Stop | None = None) -> Standing:
         """Find the wrinkles of an organised scan; in any other cloud they cannot be looked for.
 
-        Parameters
-        ----------
-        scan
-            (H, W, 3), scanner frame, mm, NaN = nothing seen.
-        mask
-            (H, W), True where the image is not to be used, or None.
-        stop
-            Raised from another thread, it ends the search with `Stopped`; its deadline ends the search with a finding.
+        A deadline of the stop ends the search with a finding.
         """
         if scan.ndim != 3 or min(scan.shape[:2]) < _FEWEST_PIXELS:
             return Standing(left_out=(_not_searched("the scan is no image: which points are neighbours is not known"),))

@@ -17,10 +17,7 @@ _BEAT_S = 0.05  # between two looks at the deadline, and between two calls of th
 class Ahead(Generic[Result]):
     """Makes something in a daemon thread, which ends when it is made, on a `cancel`, and with the interpreter.
 
-    Parameters
-    ----------
-    make
-        Makes it. The function gets a progress function, which it has to call, because that ends it on a `cancel`.
+    The function `make` gets a progress function, which it has to call, because that ends it on a `cancel`.
     """
 
     def __init__(self, make: Callable[[Progress], Result]) -> None:

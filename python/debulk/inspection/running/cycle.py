@@ -23,15 +23,7 @@ class Cancelled(RuntimeError):
 
 
 class Cycle:
-    """The clock of one inspection.
-
-    Parameters
-    ----------
-    deadline_s
-        Seconds from now; None means no deadline.
-    progress
-        Called with the name of the stage and the share of the work that is done.
-    """
+    """The clock of one inspection, from now to a deadline, if there is one."""
 
     def __init__(self, deadline_s: float | None = None, progress: Progress | None = None) -> None:
         self.stop = _core.Stop()

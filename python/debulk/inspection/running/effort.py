@@ -54,17 +54,7 @@ def check_map(low_mm: Floats, high_mm: Floats, spacing_mm: float, recipe: Recipe
 def check_solves(recipe: Recipe, area_mm2: float | None = None) -> None:
     """Refuse settings with which the solves of one pocket take more than a minute.
 
-    Parameters
-    ----------
-    recipe
-        Of which the sections ``net`` and ``solve`` are used.
-    area_mm2
-        Area of a pocket's foot, needed if the recipe sets the spacing of the nets; None if it is not known yet.
-
-    Raises
-    ------
-    InputError
-        Names the settings, the estimate and what would be accepted.
+    The area of a pocket's foot is needed if the recipe sets the spacing of the nets; None if it is not known yet.
     """
     net, solve = recipe.net, recipe.solve
     if net.spacing_mm is None:

@@ -18,12 +18,9 @@ _BEAT_S = 0.05  # between two calls of the progress function, and so the longest
 class Preparation:
     """Runs the steps of a preparation one after the other.
 
-    Parameters
-    ----------
-    progress
-        Function that is called in the calling thread with the name of the step and the share of the work that is done,
-        when a step begins and about twenty times a second until it ends. An exception that it raises ends the
-        preparation: the step's threads are stopped and waited for, and then the exception is raised.
+    `progress` is called in the calling thread with the name of the step and the share of the work that is done, when a
+    step begins and about twenty times a second until it ends. An exception that it raises ends the preparation: the
+    step's threads are stopped and waited for, and then the exception is raised.
     """
 
     def __init__(self, progress: Progress | None = None) -> None:
