@@ -100,6 +100,38 @@ def test_a_bell_is_none(wide_mm, high_mm):
     assert not found(laid_ply.scan(laid_ply.bell(50, 30, wide_mm, high_mm)))
 
 
+def on_wide_cells(height):
+    """Search a map of cells of 2.25 mm, as the overview of a scan has them, three pixels wide."""
+    x, y = np.meshgrid(np.arange(-60, 100, 2.25), np.arange(-70, 90, 2.25))
+    noise = np.random.default_rng(0).normal(0, 0.01, x.shape)
+    heights = Grid((T + height(x, y) + noise).astype(np.float32), np.array([-60.0, -70.0]), 2.25)
+    inspector = laid_ply.inspector()
+    return plateaus.find(heights, Flat(), inspector.prepared, inspector.recipe, outlined=True)
+
+
+def flat_topped(a_mm, b_mm, high_mm, turn=0.4):
+    """A pocket on an ellipse with these half axes that rises steeply and is level in its middle."""
+
+    def height(x, y):
+        u, v = ((x - 20) * np.cos(turn) + (y - 10) * np.sin(turn), (y - 10) * np.cos(turn) - (x - 20) * np.sin(turn))
+        return high_mm * np.maximum(0, 1 - ((u / a_mm) ** 2 + (v / b_mm) ** 2) ** 2) ** 2
+
+    return height
+
+
+@pytest.mark.parametrize(("a_mm", "b_mm", "high_mm"), [(13.1, 17.8, 1.65), (13.5, 22.6, 1.72), (13.4, 21.7, 1.18)])
+def test_a_pocket_with_a_flat_top_and_steep_flanks_is_none(a_mm, b_mm, high_mm):
+    """Scenes 79, 151 and 178 of the open benchmark: they go down over several cells, and an edge within one."""
+    assert not on_wide_cells(flat_topped(a_mm, b_mm, high_mm))
+
+
+@pytest.mark.parametrize("off_mm", [20, 30])
+def test_on_the_foot_of_such_a_pocket_something_is_found(off_mm):
+    air, thing = flat_topped(18, 22, 1.6), place(40, 40, 0.6)
+    (one,) = on_wide_cells(lambda x, y: air(x - off_mm, y) + thing(x, y))
+    assert one.off_mm == pytest.approx(0.6, abs=0.1)
+
+
 def test_without_an_outline_bare_mold_is_none():
     """The ply may end there; what lies double is found all the same."""
     layup, scan = laid_ply.layup(), laid_ply.scan(place(60, 80, T))

@@ -38,17 +38,16 @@ class Limits:
     quarters: tuple[float, float] = (0.25, 0.75)  # shares of its height between which the width of its edge is measured
     rim_mm: float = 6.0  # distance from the rim within which the edge is measured
     edge_mm: float = 3.5  # greatest width of the edge, between these quarters; a step has two cells of the map at most
-    edge_share: float = 0.12  # greatest ratio of that width to the width of the plateau; a bell has 0.33
+    edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
     flat_share: float = 0.25  # of its height: by less a cell that counts as flat is off it
     least_flat_share: float = 0.68  # of its cells
     least_rim_share: float = 0.2  # of its rim that must lie inside the ply
     least_rim_mm: float = 12.0  # length of the same
     even_share: float = 0.3  # of its height: greatest difference between neighbours in an even part
     least_even_share: float = 0.4  # least area of an even part without its rim, over that of the smallest plateau
-    step_cells: int = 2  # within which an even part goes down
-    step_share: float = 0.6  # of its height by which it goes down
-    stepped_share: float = 0.7  # of its rim along which it does
-    least_wide_cells: float = 6.0  # of an even part: the top of a narrow wrinkle is even, too
+    step_cells: int = 2  # an even part stands on the lowest ground within so many cells
+    step_share: float = 0.6  # of its height: the ground lies lower by this much at least
+    stepped_share: float = 0.6  # of an even part's rim along which it does
     smooth_share: float = 0.5  # of its height: none if the reference steps the other way by more, or misses more
     reach_mm: tuple[float, float] = (6.0, 14.0)  # on each side of the edge: where the reference's slope is read
 
@@ -169,9 +168,10 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
     """
     level = float(np.median(rise[own]))
     if _is_flat(rise[own], level):
-        yield own, _height(rise, own, known, cell)
+        yield own, _height(rise, own, known, cell, np.zeros_like(rise), LIMITS.least_rim_share)
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
+    ground = cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells)
     even = (own & (uneven < LIMITS.even_share * rise)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
     for label in range(1, count):
@@ -179,33 +179,24 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
             continue
         part = own & _near(labels == label, 1)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
-            yield part, _step(rise, part, known)
+            yield part, _height(rise, part, known, cell, ground, LIMITS.stepped_share)
 
 
 def _is_flat(rise: Floats, level: float) -> bool:
     return bool(np.mean(np.abs(rise - level) < LIMITS.flat_share * level) >= LIMITS.least_flat_share)
 
 
-def _step(rise: Floats, part: Bools, known: Bools) -> float:
-    """Return the height of a part that goes down sharply nearly all round, to whatever level; 0: it does not."""
-    level = float(np.median(rise[part]))
-    down = rise - cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells) > LIMITS.step_share * level
-    steps, length = np.count_nonzero(_rim_inside(part, known) & down), np.count_nonzero(_rim(part))
-    wide = 4 * np.count_nonzero(part) / length
-    return level if wide >= LIMITS.least_wide_cells and steps >= LIMITS.stepped_share * length else 0.0
-
-
-def _height(rise: Floats, own: Bools, known: Bools, cell: float) -> float:
-    """Return the height of a flat place that goes down sharply where the ply runs on; 0: it goes down gradually."""
+def _height(rise: Floats, own: Bools, known: Bools, cell: float, ground: Floats, least_rim_share: float) -> float:
+    """Return the height of a flat place that goes down sharply to the ground where the ply runs on; 0: it does not."""
     level = float(np.median(rise[own]))
-    all_rim, rim = _rim(own), _rim_inside(own, known)
-    edge = _near(rim, max(1, round(LIMITS.rim_mm / cell))) & known
-    low, high = (int(np.count_nonzero(edge & (rise > share * level))) for share in LIMITS.quarters)
-    length = int(np.count_nonzero(rim))
-    if length < max(LIMITS.least_rim_share * np.count_nonzero(all_rim), LIMITS.least_rim_mm / cell):
+    down = ground < (1 - LIMITS.step_share) * level
+    rim = _rim_inside(own, known) & down
+    length, around = int(np.count_nonzero(rim)), int(np.count_nonzero(_rim(own)))
+    if length < max(least_rim_share * around, LIMITS.least_rim_mm / cell):
         return 0.0
-    edge_mm = (low - high) / length * cell
-    wide_mm = 4 * int(np.count_nonzero(own)) / int(np.count_nonzero(all_rim)) * cell
+    edge = _near(rim, max(1, round(LIMITS.rim_mm / cell))) & known & down
+    low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in LIMITS.quarters)
+    edge_mm, wide_mm = (low - high) / length * cell, 4 * int(np.count_nonzero(own)) / around * cell
     return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0
 
 
