@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from debulk import _core
-from debulk._core import InputError
 
 _AT_EXIT_S = 5.0  # longest wait, at the interpreter's exit, for the calls of daemon threads; they end in milliseconds
 _every: set[_core.Stop] = set()  # of all running calls of this process
@@ -64,18 +63,3 @@ def _end_daemons() -> None:
 
 
 os.register_at_fork(after_in_child=_every.clear)  # those of the parent's other threads do not run in the child
-
-
-@contextmanager
-def stopping(stop: _core.Stop) -> Iterator[None]:
-    """Trigger the stop if the body raises an unforeseen exception, so that threads it still waits for end soon.
-
-    Errors that computations raise themselves (InputError, Stopped) do not trigger it.
-    """
-    try:
-        yield
-    except (InputError, _core.Stopped):
-        raise
-    except BaseException:
-        stop.cancel()
-        raise

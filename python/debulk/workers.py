@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
+from contextlib import contextmanager
 from queue import SimpleQueue
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
+
+from debulk import _core
+from debulk._core import InputError
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -23,6 +28,10 @@ class Workers(Executor):
     ----------
     most
         Largest number of threads; each is started when there is work for it.
+    stop
+        What the work heeds. It is raised if an unforeseen exception ends the body of the `with` statement, or the wait
+        for the threads after it, so that they end soon. Errors that computations raise themselves (InputError, Stopped)
+        do not raise it.
     name
         Beginning of the threads' names.
 
@@ -33,8 +42,10 @@ class Workers(Executor):
     [1, 2, 3]
     """
 
-    def __init__(self, most: int, name: str = "debulk") -> None:
-        self._most, self._name = most, name
+    _closed = True  # until there is something to close
+
+    def __init__(self, most: int, stop: _core.Stop | None = None, name: str = "debulk") -> None:
+        self._most, self._stop, self._name = most, stop or _core.Stop(), name
         self._daemon = threading.current_thread().daemon
         self._tasks: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._lock = threading.Lock()
@@ -57,31 +68,75 @@ class Workers(Executor):
             else:
                 future.set_result(result)
 
-        with self._lock:
+        with _uninterrupted(), self._lock:
             if self._closed:
                 raise RuntimeError("the workers have been told to end")
             if len(self._threads) < self._most:
                 name = f"{self._name}_{len(self._threads)}"
                 thread = threading.Thread(target=_run, args=(self._tasks,), name=name, daemon=self._daemon)
-                self._threads.append(thread)  # before it starts: Ctrl-C in between must not leave it behind
                 thread.start()
+                self._threads.append(thread)
             self._tasks.put(task)
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the threads end when all work is done, and wait for that."""
-        with self._lock:
-            if not self._closed:
-                self._closed = True
-                for _ in self._threads:
-                    self._tasks.put(None)
-        if wait:
+        try:
+            with _uninterrupted(), self._lock:
+                self._close()
+        finally:
+            self._close()  # again, if Ctrl-C came before
+            if wait:
+                self._wait()
+
+    def __exit__(self, kind: type[BaseException] | None, *raised: Any) -> None:
+        """End the threads; whatever no computation throws (Ctrl-C, a progress function's error) ends their work."""
+        if kind is not None and not issubclass(kind, InputError | _core.Stopped):
+            self._stop.cancel()
+        self.shutdown()
+
+    def __del__(self) -> None:
+        """End what Ctrl-C has left running, if it came in the very beginning of `__exit__`."""
+        if not self._closed:
+            self._stop.cancel()
+            self._close()
+
+    def _close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            for _ in self._threads:
+                self._tasks.put(None)
+
+    def _wait(self) -> None:
+        """Wait for the threads; Ctrl-C ends their work, and is raised when they have ended or when it comes again."""
+        try:
             for thread in self._threads:
-                if thread.ident is not None:  # else Ctrl-C came before it began: it finds its end in the queue
-                    thread.join()
+                thread.join()
+        except BaseException:
+            self._stop.cancel()
+            for thread in self._threads:
+                thread.join()
+            raise
 
 
 def _run(tasks: SimpleQueue[Callable[[], None] | None]) -> None:
     while (task := tasks.get()) is not None:
         task()
         del task  # with the result and all that the function holds, while this thread waits for the next
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Raise what Ctrl-C raises only after the body: in the midst of a thread's start it would leave that one behind."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield  # only the main thread runs handlers
+        return
+    came: list[Any] = []
+    signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if came:
+            handler(*came[0])

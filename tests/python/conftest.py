@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import fields
 
 import numpy as np
@@ -197,3 +198,11 @@ def report() -> Report:
             versions={"debulk": "0.1.0"}, host={"name": "cell-4"},
         ),
     )  # fmt: skip
+
+
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C as a terminal's program has it; what a shell starts in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

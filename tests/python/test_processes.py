@@ -1,12 +1,16 @@
 """Processes that fork, end, or hold several interpreters while debulk works: nothing hangs, and nothing crashes."""
 
+import linecache
 import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 
+from debulk import _core
 from debulk.forking import Guard, kept
 from debulk.workers import Workers
 
@@ -210,7 +214,7 @@ def test_other_interpreters_are_refused_by_name(order):
 
 
 def test_workers_do_what_an_executor_does():
-    with Workers(2, "mine") as workers:
+    with Workers(2, name="mine") as workers:
         assert list(workers.map(divmod, range(9), [4] * 9)) == [divmod(k, 4) for k in range(9)]
         names = {workers.submit(lambda: threading.current_thread().name).result() for _ in range(9)}
         assert names <= {"mine_0", "mine_1"}
@@ -218,6 +222,63 @@ def test_workers_do_what_an_executor_does():
             workers.submit(divmod, 1, 0).result()
     with pytest.raises(RuntimeError, match="told to end"):
         workers.submit(divmod, 1, 1)
+
+
+class CtrlC:
+    """A trace function that sends Ctrl-C to the main thread at the n-th line that it runs in a few modules."""
+
+    def __init__(self, at):
+        self.at, self.lines = at, 0
+
+    def __call__(self, frame, _event, _argument):
+        return self.line if frame.f_code.co_filename.endswith(("workers.py", "threading.py")) else None
+
+    def line(self, frame, event, _argument):
+        text = linecache.getline(frame.f_code.co_filename, frame.f_lineno).lstrip()
+        if event == "line" and not text.startswith("with "):  # where a real signal is not looked at
+            self.lines += 1
+            if self.lines == self.at:
+                signal.raise_signal(signal.SIGINT)
+        return self.line
+
+
+def help_out(trace, stop):
+    """Let two threads work until they are told to end, and return how the call ended."""
+    done = []
+
+    def work():
+        while not done and not stop.cancelled:
+            time.sleep(0.001)
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        with Workers(2, stop) as pool:
+            runs = [pool.submit(work) for _ in range(2)]
+            done.append(True)
+            runs[0].result()
+    except (KeyboardInterrupt, RuntimeError) as error:  # the latter from within threading, about its own locks
+        return type(error).__name__
+    finally:
+        sys.settrace(before)
+    return "ended"
+
+
+@pytest.mark.usefixtures("ctrl_c")
+def test_no_ctrl_c_leaves_a_thread_behind(monkeypatch):
+    ignored = []
+    monkeypatch.setattr(sys, "unraisablehook", ignored.append)  # Ctrl-C in a finalizer
+    whole = CtrlC(at=0)
+    assert help_out(whole, _core.Stop()) == "ended"
+    assert whole.lines > 100
+    ends = set()
+    for at in range(1, whole.lines + 1):
+        before = set(threading.enumerate())
+        ends.add(help_out(CtrlC(at), _core.Stop()))
+        for thread in set(threading.enumerate()) - before:
+            thread.join(5.0)  # one that its owner could not wait for ends by itself
+            assert not thread.is_alive(), f"Ctrl-C at line {at}"
+    assert "KeyboardInterrupt" in ends
 
 
 def test_a_kept_value_is_computed_once_and_belongs_to_its_object():

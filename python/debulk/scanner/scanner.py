@@ -17,7 +17,7 @@ from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, de
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
-from debulk.stopping import Running, stopping
+from debulk.stopping import Running
 from debulk.workers import Workers
 
 F32 = NDArray[np.float32]
@@ -191,7 +191,7 @@ class Scanner:
         report = progress or (lambda stage, done: None)
         with self._busy.held(), self._running.holding(stop):
             try:
-                with Workers(1 if self.threads == 1 else 2) as pool, stopping(stop):
+                with Workers(1 if self.threads == 1 else 2, stop) as pool:
                     return self._scan(left_images, right_images, out, report, stop, pool, planes)
             except _core.Stopped:
                 if stop.cancelled:

@@ -165,14 +165,6 @@ def test_cancel_stops_every_thread_that_inspects(layup):
             run.result(LONG_S)
 
 
-@pytest.fixture
-def ctrl_c():
-    """Ctrl-C as a terminal's program has it; what a shell starts in the background ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("ctrl_c")
 @pytest.mark.parametrize("stage", ["height map", "debulk"])
 def test_ctrl_c_ends_the_inspection(layup, stage):

@@ -6,7 +6,8 @@ import pytest
 from debulk import InputError, _core, cloud
 from debulk.inspection.clouds import cleaning, fingerprint
 from debulk.inspection.clouds.offset import raised
-from debulk.stopping import Running, stopping
+from debulk.stopping import Running
+from debulk.workers import Workers
 
 pytestmark = pytest.mark.unit
 
@@ -124,6 +125,6 @@ def test_running_calls_are_stopped_and_no_other():
 @pytest.mark.parametrize(("error", "raises_it"), [(KeyboardInterrupt, True), (OSError, True), (InputError, False)])
 def test_what_no_computation_throws_ends_the_threads_that_compute(error, raises_it):
     stop = _core.Stop()
-    with pytest.raises(error), stopping(stop):
+    with pytest.raises(error), Workers(1, stop):
         raise error
     assert stop.cancelled is raises_it

@@ -21,7 +21,6 @@ from debulk.pocket import Dropped, Feet, Segmentation
 from debulk.recipe import Recipe, options
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
-from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
@@ -68,7 +67,7 @@ def weigh(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[Bump, ...]:
         except _core.Stopped:
             return None
 
-    with Workers(threads) as pool, stopping(stop):
+    with Workers(threads, stop) as pool:
         looked = list(pool.map(look, found.parts))
         places += [place for part in looked for place in part or ()]
         places.sort(key=lambda place: -place.dropped.area_mm2)

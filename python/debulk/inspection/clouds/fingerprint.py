@@ -54,5 +54,5 @@ def in_parallel(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Itera
         except (InputError, ValueError, TypeError):
             return None
 
-    with Workers(1, "debulk-hash") as pool:
+    with Workers(1, stop, "debulk-hash") as pool:
         yield pool.submit(work).result

@@ -13,7 +13,6 @@ from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import Cycle
 from debulk.results.report import PocketReport
-from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
@@ -24,7 +23,7 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
     evaluations = []
     # Calls of the core release the GIL. Whatever ends the wait (Ctrl-C, an error in the progress function) also ends
     # the solvers.
-    with Workers(threads) as pool, stopping(cycle.stop):
+    with Workers(threads, cycle.stop) as pool:
         for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
             evaluations.append(evaluation)
             cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
@@ -45,7 +44,7 @@ def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOn
         audited = settle(found, one, ply, cycle.stop, pool)
         return one if audited.late else replace(audited, turned=_net_bridges(audited.report, ply))
 
-    with Workers(ply.recipe.run.threads or _core.default_threads()) as pool, stopping(cycle.stop):
+    with Workers(ply.recipe.run.threads or _core.default_threads(), cycle.stop) as pool:
         audited = list(pool.map(whole, pockets, done))
     cycle.check()
     return audited

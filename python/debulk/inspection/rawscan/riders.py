@@ -18,7 +18,6 @@ from debulk.inspection.ply import excess
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.narrow_bumps import bell_excess_mm
 from debulk.results.finding import Finding
-from debulk.stopping import stopping
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
@@ -71,7 +70,7 @@ def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.
         return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
-    with Workers(threads) as pool, stopping(stop):
+    with Workers(threads, stop) as pool:
         return [judged for judged in pool.map(look_at, on) if judged is not None]
 
 

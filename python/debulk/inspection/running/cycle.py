@@ -10,7 +10,6 @@ from typing import TypeVar
 
 from debulk import _core
 from debulk._core import InputError
-from debulk.stopping import stopping
 from debulk.workers import Workers
 
 log = logging.getLogger("debulk")
@@ -68,7 +67,7 @@ class Cycle:
 
 def watched(stop: _core.Stop, work: Callable[[], Result]) -> Result:
     """Do the work in another thread, so that this one can react to Ctrl-C while the work is in the compiled core."""
-    with Workers(1) as pool, stopping(stop):
+    with Workers(1, stop) as pool:
         return pool.submit(work).result()
 
 
@@ -81,5 +80,5 @@ def in_parallel(stop: _core.Stop, work: Callable[[], Result], threads: int) -> I
     if threads == 1:
         yield lambda: watched(stop, work)
         return
-    with Workers(1) as pool, stopping(stop):
+    with Workers(1, stop) as pool:
         yield pool.submit(work).result

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from debulk import _core
 from debulk.inspection.running.cycle import Cycle, Progress
-from debulk.stopping import known, stopping
+from debulk.stopping import known
 from debulk.workers import Workers
 
 Result = TypeVar("Result")
@@ -36,8 +36,7 @@ class Preparation:
         with (
             self._cycle.stage(name, done),
             known(self.stop),
-            Workers(1) as pool,
-            stopping(self.stop),
+            Workers(1, self.stop) as pool,
         ):
             running = pool.submit(work)
             while not wait([running], _BEAT_S).done:
