@@ -280,9 +280,10 @@ DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
 template <int N>
 DEBULK_INLINE Floats pick(const float* from, Ints index) {
 #if DEBULK_ISA == 4
-  static_assert(N == 1 || N == 3);
+  static_assert(N >= 1 && N <= 3);
   if constexpr (N == 1) return __builtin_shuffle(load(from), index);
   const Floats first = __builtin_shuffle(load(from), load(from + 16), index);
+  if constexpr (N == 2) return first;
   return choose(index < 32, first, __builtin_shuffle(load(from + 32), index));
 #else
   return gather(from, index);

@@ -15,31 +15,25 @@ struct MatchCounts {
   MatchCounts& operator+=(const MatchCounts& other);
 };
 
-// Finds where a phase occurs in a row. The segments between neighbouring pixels are sorted into bins of phase.
-class PhaseIndex {
- public:
-  // `step`: a usual step of the phase between neighbours; `edge`: the greatest step that is not an edge (both in rad).
-  void build(const std::vector<float>& phase, int width, float step, float edge);
-  // The place, in pixels, at which the row has this phase; NaN if there is none, negative if there are two far apart.
-  double find(float phase) const;
-
- private:
-  struct Place {
-    int first, last;
-  };
-  const float* phase_ = nullptr;
-  float low_ = 0, per_rad_ = 0, edge_ = 0;
-  int count_ = 0;
-  std::vector<Place> places_;
+// A row whose segments between neighbouring pixels are sorted into bins of phase, to find where a phase occurs in it.
+// Pixels are counted in floats, because vectors gather floats.
+struct PhaseIndex {
+  const RectifiedRow* row = nullptr;
+  int width = 0;
+  float edge = 0;                  // the greatest step of the phase that is not an edge, rad
+  float low = 0, per_rad = 0;      // the bin of a phase is (phase - low) * per_rad
+  int bins = 0;                    // 0: no phase occurs
+  std::vector<float> first, last;  // of each bin, the segments that reach into it and those between them
 };
 
 // Matches two rectified rows by their phase. Reuses its memory from row to row.
 class RowMatcher {
  public:
   // disparity[i] is the column in the left row minus the column in the right row, in px, NaN where there is no sure
-  // match; sigma[i] is its standard deviation due to the noise of the phases, px.
+  // match; sigma[i] is its standard deviation due to the noise of the phases, px. Both have room for whole groups of
+  // sixteen pixels. A step is a usual one of the phase between neighbours, an edge the greatest that is none (rad).
   MatchCounts match(const RectifiedRow& left, int left_width, float left_step, float left_edge, const RectifiedRow& right, int right_width,
-                    float right_step, float right_edge, float* disparity, float* sigma);
+                    float right_step, float right_edge, float* disparity, float* sigma, Isa isa = best_isa());
 
  private:
   PhaseIndex left_, right_;

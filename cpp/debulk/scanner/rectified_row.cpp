@@ -70,8 +70,8 @@ void bridge(const PhaseView& view, int i, int j, float u, float v, int column, R
 }  // namespace
 
 void rectify_row(const PhaseView& view, int row, RectifiedRow& out, Isa isa) {
-  const std::size_t width = static_cast<std::size_t>(view.rectified_width), padded = (width + 15) / 16 * 16;
-  out.phase.resize(padded), out.noise.resize(padded), out.fraction.resize(padded), out.bridged.clear();
+  const std::size_t width = static_cast<std::size_t>(view.rectified_width), room = width + row_room;
+  out.phase.resize(room), out.noise.resize(room), out.fraction.resize(room), out.bridged.clear();
   if (view.map_x) {
     DEBULK_ON(isa, run(view, row, out));
     return;

@@ -1,7 +1,7 @@
 // The loop of rectified_row.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
 void run(const PhaseView& view, int row, RectifiedRow& out) {
-  const long first = static_cast<long>(row) * view.rectified_width;
+  const long first = static_cast<long>(row) * view.rectified_width, pixels = static_cast<long>(view.width) * view.height;
   const Floats right = all(static_cast<float>(view.width - 1)), bottom = all(static_cast<float>(view.height - 1));
   for (int column = 0; column < view.rectified_width; column += lanes) {
     const int left = std::min(lanes, view.rectified_width - column);
@@ -27,15 +27,26 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     u = choose(next_x | (u < nearly_whole), all(0.0f), u);
     v = choose(next_y | (v < nearly_whole), all(0.0f), v);
     const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}), below = choose(v > 0.0f, Ints{} + view.width, Ints{});
-    const Floats a = gather(view.phase, at), b = gather(view.phase, at + beside);
-    const Floats c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
+    // Most groups of sixteen lie in two rows and close together, where they are picked from registers.
+    const Ints k = i - i[0];
+    const long corner = at[0];
+    const bool close = corner + view.width + 2 * lanes <= pixels && every((j == Ints{} + j[0]) & (k >= 0) & (k < 2 * lanes - 1));
+    Floats a = {}, b = {}, c = {}, d = {};
+    if (close) {
+      const float *here = view.phase + corner, *next = here + view.width;
+      a = pick<2>(here, k), b = pick<2>(here, k + beside);
+      c = choose(v > 0.0f, pick<2>(next, k), a), d = choose(v > 0.0f, pick<2>(next, k + beside), b);
+    } else {
+      a = gather(view.phase, at), b = gather(view.phase, at + beside);
+      c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
+    }
     const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
     const Floats step = higher(higher(absolute(b - a), absolute(d - c)), higher(absolute(c - a), absolute(d - b)));
     const Floats value = upper + v * (lower_row - upper);
     const Ints whole = (step <= view.edge) & (value == value);  // the step can hide a pixel without a phase
     store(phase, choose(within & whole, value, all(nan)));
     if (view.noise) {
-      const Floats sigma = gather(view.noise, at);
+      const Floats sigma = close ? pick<2>(view.noise + corner, k) : gather(view.noise, at);
       store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
     } else {
       store(out.noise.data() + column, all(0.0f));
@@ -43,8 +54,8 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     store(out.fraction.data() + column, u);
     const Ints near = ((a == a) | (b == b)) & ((c == c) | (d == d));
     for (unsigned which = bits(within & ~whole & near) & ((1u << left) - 1); which != 0; which &= which - 1) {
-      const int k = __builtin_ctz(which);
-      bridge(view, i[k], j[k], u[k], v[k], column + k, out);
+      const int one = __builtin_ctz(which);
+      bridge(view, i[one], j[one], u[one], v[one], column + one, out);
     }
   }
 }

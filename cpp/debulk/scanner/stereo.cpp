@@ -9,9 +9,12 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/pool.hpp"
+#include "debulk/core/wide.hpp"
 
 namespace debulk {
 namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 struct Work {
   RectifiedRow left, right;
@@ -20,25 +23,27 @@ struct Work {
 };
 
 // Computes the points of a row from its disparities. Those outside the allowed depths become NaN.
-void triangulate(const StereoGeometry& g, int row, Work& work, const StereoMaps& maps, MatchCounts& counts) {
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  const std::size_t width = work.disparity.size(), first = static_cast<std::size_t>(row) * width;
-  const double v = (row - g.cy) / g.focal, shift = g.right_cx - g.left_cx;
-  for (std::size_t i = 0; i < width; ++i) {
-    const double d = work.disparity[i] + shift, z = g.focal * g.baseline / d;
+DEBULK_WIDE void triangulate(const StereoGeometry& g, int row, int width, Work& work, const StereoMaps& maps, MatchCounts& counts) {
+  const double v = (row - g.cy) / g.focal, shift = g.right_cx - g.left_cx, depth_px = g.focal * g.baseline;
+  float *disparity = work.disparity.data(), *sigma = work.sigma.data();
+  const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+  float *points = maps.points ? maps.points + 3 * first : nullptr, *uncertainty = maps.uncertainty ? maps.uncertainty + first : nullptr;
+  int behind = 0;
+  for (int i = 0; i < width; ++i) {
+    const double d = disparity[i] + shift, z = depth_px / d;
     const bool fine = d > 0 && z >= g.nearest && z <= g.furthest;
-    if (d == d && !fine) ++counts.behind, --counts.matched, work.disparity[i] = work.sigma[i] = nan;
-    const double u = (static_cast<double>(i) - g.left_cx) / g.focal;
-    if (maps.points) {
-      float* point = maps.points + 3 * (first + i);
-      point[0] = fine ? static_cast<float>(z * u) : nan;
-      point[1] = fine ? static_cast<float>(z * v) : nan;
-      point[2] = fine ? static_cast<float>(z) : nan;
-    }
-    // dz / dd = -z² / (f b), and the distance along the ray is sqrt(1 + u² + v²) times the depth.
-    if (maps.uncertainty)
-      maps.uncertainty[first + i] =
-          fine ? static_cast<float>(work.sigma[i] * z * z / (g.focal * g.baseline) * std::sqrt(1 + u * u + v * v)) : nan;
+    behind += d == d && !fine;
+    disparity[i] = fine ? disparity[i] : nan, sigma[i] = fine ? sigma[i] : nan;
+  }
+  counts.behind += behind, counts.matched -= behind;
+  for (int i = 0; points && i < width; ++i) {
+    const double z = depth_px / (disparity[i] + shift), u = (i - g.left_cx) / g.focal;
+    points[3 * i] = static_cast<float>(z * u), points[3 * i + 1] = static_cast<float>(z * v), points[3 * i + 2] = static_cast<float>(z);
+  }
+  // dz / dd = -z² / (f b), and the distance along the ray is sqrt(1 + u² + v²) times the depth.
+  for (int i = 0; uncertainty && i < width; ++i) {
+    const double z = depth_px / (disparity[i] + shift), u = (i - g.left_cx) / g.focal;
+    uncertainty[i] = static_cast<float>(sigma[i] * z * z / depth_px * std::sqrt(1 + u * u + v * v));
   }
 }
 
@@ -58,15 +63,15 @@ MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* ge
   Pool<Work> pool;
   parallel_for(rows, strip, options.threads, stop, [&](long begin, long end) {
     const auto work = pool.borrow();
-    work->disparity.resize(width), work->sigma.resize(width);
+    work->disparity.resize(width + row_room), work->sigma.resize(width + row_room);
     for (int row = static_cast<int>(begin); row < end; ++row) {
       rectify_row(left, row, work->left, options.isa), rectify_row(right, row, work->right, options.isa);
       MatchCounts counts = work->matcher.match(work->left, left.rectified_width, left_step, left.edge, work->right, right.rectified_width,
-                                               right_step, right.edge, work->disparity.data(), work->sigma.data());
-      if (geometry) triangulate(*geometry, row, *work, maps, counts);
+                                               right_step, right.edge, work->disparity.data(), work->sigma.data(), options.isa);
+      if (geometry) triangulate(*geometry, row, left.rectified_width, *work, maps, counts);
       const std::size_t first = static_cast<std::size_t>(row) * width;
-      if (maps.disparity) std::copy(work->disparity.begin(), work->disparity.end(), maps.disparity + first);
-      if (maps.sigma) std::copy(work->sigma.begin(), work->sigma.end(), maps.sigma + first);
+      if (maps.disparity) std::copy_n(work->disparity.begin(), width, maps.disparity + first);
+      if (maps.sigma) std::copy_n(work->sigma.begin(), width, maps.sigma + first);
       parts[static_cast<std::size_t>(begin / strip)] += counts;
     }
   });
