@@ -58,7 +58,7 @@ PYTHON_ABOVE = (
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.
 INSPECTION_ROOMS = (
-    "running", "clouds", "reference", "ply", "evidence", "find", "lines", "minima", "holes", "evaluate", "bumps",
+    "running", "clouds", "reference", "ply", "evidence", "find", "lines", "minima", "holes", "evaluate",
     "place", "rawscan", "checks",
 )  # fmt: skip
 

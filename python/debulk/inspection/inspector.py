@@ -19,7 +19,6 @@ from debulk.comparison import Comparison
 from debulk.forking import Guard
 from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
-from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Judged, Recognised, Seen
 from debulk.inspection.clouds import fingerprint
@@ -28,10 +27,11 @@ from debulk.inspection.comparing import check_place, compared, consolidated, of_
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
-from debulk.inspection.find.finder import finder_for
-from debulk.inspection.find.found import Found
+from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.find.regions import finder_for
 from debulk.inspection.given import Given
 from debulk.inspection.holes.masked_holes import masked_holes
+from debulk.inspection.lines import places
 from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
@@ -386,18 +386,18 @@ class Inspector:
             placed = self._placing.judge(sample, found)
             plateaus = self._placing.plateaus(found, cycle.stop)
         with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
-            pockets, bumps = found.pockets, tuple[tolerances.Bump, ...]()
+            pockets, late = found.pockets, False
             if placed.finding:
                 done = not_judged(pockets, "the scan is not in its place")
             else:
-                bumps = tolerances.weigh(found, self.ply, cycle.stop)
-                pockets += tolerances.promoted(bumps, first_number=len(pockets) + 1)
+                others, late = self._places(found, pockets, cycle.stop)
+                pockets += others
                 done = evaluate_all(pockets, self.ply, cycle, _FOUND)
                 if self.recipe.run.audit:
                     done = audit(pockets, done, self.ply, cycle)
-            reports = shared_runs.named([one.report for one in done], pockets, bumps, self.ply)
-            judged = Judged(pockets, done, reports, bumps)
-            ridden = self._riding(points, sample, judged, cycle.stop)
+            reports = shared_runs.named([one.report for one in done], pockets, self.ply)
+            judged = Judged(pockets, done, reports, late)
+            ridden = self._riding(points, sample, found, judged, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
@@ -407,15 +407,25 @@ class Inspector:
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)
 
-    def _riding(self, points: NDArray[np.float32], sample: Sample, judged: Judged, stop: _core.Stop) -> list[Finding]:
-        """Look for narrow bumps on top of pockets and of wider bumps, if all pockets are CEASE so far."""
+    def _places(
+        self, found: Found, pockets: tuple[FoundPocket, ...], stop: _core.Stop
+    ) -> tuple[tuple[FoundPocket, ...], bool]:
+        """Return the places that are judged besides the pockets, and whether a deadline cut off the search for them."""
+        more: list[FoundPocket] = []
+        try:
+            watched(stop, lambda: more.extend(places.judged(found, pockets, self.ply, stop)))
+        except _core.Stopped:
+            return tuple(more), True
+        return tuple(more), False
+
+    def _riding(
+        self, points: NDArray[np.float32], sample: Sample, found: Found, judged: Judged, stop: _core.Stop
+    ) -> list[Finding]:
+        """Look for narrow bumps on top of pockets and of other places, if all pockets are CEASE so far."""
         if any(one.report.verdict is not Verdict.CEASE for one in judged.evaluations):
             return []
-        on = riders.carriers(judged.pockets, judged.bumps)
-        if not on:
-            return []
         raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
-        return riders.findings(raw, on, self.ply, stop)
+        return riders.findings(raw, found, judged.pockets, self.ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.

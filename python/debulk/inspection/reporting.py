@@ -8,12 +8,12 @@ from typing import Any
 
 from debulk.grid import Grid
 from debulk.inspection import left_out
-from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks.check import findings_of
 from debulk.inspection.checks.listed import CHECKS
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.find.long_runs import long_runs
 from debulk.inspection.holes import unseen
+from debulk.inspection.lines import places
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -31,7 +31,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     ply, found, judged = seen.ply, seen.found, seen.judged
     findings = findings_of(CHECKS, seen)
     layup = compose(findings)
-    entries = tolerances.left_out(judged.bumps, ply.recipe)
+    entries = places.left_out(found, judged.pockets, ply.recipe)
     entries += left_out.of_scan(found, ply.outline is not None, seen.standing.bumps is not None)
     entries += seen.standing.left_out + seen.filled.left_out()
     entries += tuple(entry for evaluation in judged.evaluations for entry in evaluation.left_out)

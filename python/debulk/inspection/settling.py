@@ -34,7 +34,7 @@ def unsettled(report: Report, seen: Seen) -> Report:
     def whole() -> Report:
         with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
             again = list(pool.map(lambda one, make: make() if make else one, judged.evaluations, later))
-        reports = shared_runs.named([one.report for one in again], judged.pockets, judged.bumps, ply)
+        reports = shared_runs.named([one.report for one in again], judged.pockets, ply)
         return reporting.report(replace(seen, judged=replace(judged, evaluations=again, reports=reports)), {})
 
     pockets = tuple(

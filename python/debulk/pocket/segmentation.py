@@ -49,8 +49,7 @@ class Pocket:
 class Dropped:
     """A region above the cut that is no pocket, for too little ``"area"``, ``"peak"`` or ``"area and peak"``.
 
-    `debulk.inspection` also lists hills below the cut, with the reason ``"height"``. `touches_unknown` and
-    `measured_share` are as in `Pocket`.
+    `touches_unknown` and `measured_share` are as in `Pocket`.
     """
 
     reason: str

@@ -105,7 +105,13 @@ def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
 
 def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
     """Return whether fibres that can bridge gaps up to this bound, mm, make no bridge that counts; None: no bound."""
-    return bound_mm is not None and bridge_mm(bound_mm, recipe) <= counts_from_mm(recipe)
+    return bound_mm is not None and bound_mm <= bridges_from_mm(recipe)
+
+
+def bridges_from_mm(recipe: Recipe) -> float:
+    """Return the largest gap, mm, below a bridge that does not count."""
+    material = recipe.material
+    return max(material.thickness_mm / 30, counts_from_mm(recipe) - material.thickness_mm / material.bulk_factor)
 
 
 def flag_mm(recipe: Recipe) -> float:

@@ -185,7 +185,7 @@ CHECK_TEXTS = (
     CheckText(
         "pockets",
         "The worst pocket",
-        "the verdict of every pocket, and of every bump that was judged as one",
+        "the verdict of every pocket, and of every other place that was judged as one",
         "`verdict.max_ridge_mm` and the margins; `verdict.min_pocket_coverage`",
         "smooth the ply along the fibres that are too long, towards the nearest edge, and scan again; "
         "if it is UNDECIDED, the page undecided.html of the documentation explains its reason",

@@ -357,7 +357,7 @@ class PocketReport(Record):
 class LeftOut:
     """Something that the inspection did not take into account: what, why, and a bound on its possible effect.
 
-    `place_mm` is the mold XY of a bump that does not count as a pocket.
+    `place_mm` is its mold XY, if it has a place.
     """
 
     what: str
@@ -430,7 +430,7 @@ class ReportData(Versioned):
     verdict, reason
         Verdict of the layup, and the reason in one sentence: both follow from `findings` alone.
     pockets
-        Pockets, largest first, followed by the bumps below the tolerances that could crease, also largest first.
+        Pockets, largest first, followed by the places below the tolerances that could crease, highest first.
     timings_ms
         Times of the stages, in order.
     findings

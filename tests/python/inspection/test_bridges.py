@@ -226,7 +226,6 @@ def test_a_bridge_lower_than_the_tolerances_is_judged(radius_mm, half_width_mm, 
 def test_a_bump_over_a_hollow_so_round_that_its_ply_is_drawn_in_stays_one(flatter):
     report = inspect(250.0, 60.0, flatter)
     assert (report.verdict, report.pockets) == (Verdict.CEASE, ())
-    assert any(entry.what.startswith("bump of") for entry in report.left_out)
 
 
 def test_a_bump_s_bridge_counts_without_an_outline_too():

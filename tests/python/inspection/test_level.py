@@ -318,7 +318,7 @@ def test_a_loose_border_of_the_ply_is_no_wrong_level_but_a_ply_that_stands_off_w
         assert report.verdict is expected, report.reason
 
 
-def test_low_bumps_on_a_small_ply_are_no_wrong_level_and_are_listed():
+def test_low_bumps_on_a_small_ply_are_no_wrong_level():
     """Two bumps 1.5 mm high stand on a tenth of it; a fifth, or as much beside what lies too low, is a wrong level."""
     one, small = laid_ply.layup(), 200.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
 
@@ -336,7 +336,6 @@ def test_low_bumps_on_a_small_ply_are_no_wrong_level_and_are_listed():
     passed = report(*low)
     assert 0.06 < passed.level.loose_share == passed.level.high_share < 0.2
     assert passed.verdict is Verdict.CEASE, passed.reason
-    assert sum(entry.what.startswith("bump of ") for entry in passed.left_out) == 2
     assert report(*low, sunk_mm=1.0).verdict is Verdict.INVALID
     wide = report((0, 0, 330, 1.5))
     assert wide.level.high_share > 0.2

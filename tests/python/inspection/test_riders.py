@@ -44,7 +44,7 @@ def test_a_narrow_bump_on_what_is_no_pocket_is_not_passed():
     assert report.pockets == ()
     report = laid_ply.inspector().inspect(laid_ply.scan(lambda x, y: low(x, y) + rider(x, y)))
     assert report.verdict is Verdict.UNDECIDED
-    assert "rides on the bump of" in report.reason
+    assert "rides on the bump at (" in report.reason
 
 
 @pytest.mark.parametrize(("wild_mm", "said"), [(0.5, Verdict.CEASE), (1.5, Verdict.UNDECIDED)])
@@ -64,18 +64,17 @@ def test_flying_points_and_highlights_ride_on_nothing(wild_mm, said):
 
 def test_what_a_deadline_cuts_is_in_doubt_and_a_cancel_ends_the_search():
     inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(*WIDE))
-    pockets = inspector.find(scan).pockets
+    found = inspector.find(scan)
     raw = RawPoints(scan, None, laid_ply.layup().mold_from_scanner, inspector.grid_spacing_mm, inspector.prepared.image)
-    on = riders.carriers(pockets, ())
     stop = _core.Stop()
     stop.set_deadline(0.0)
-    (judged,) = riders.findings(raw, on, inspector.ply, stop)
+    (judged,) = riders.findings(raw, found, found.pockets, inspector.ply, stop)
     assert judged.check == "deadline" and judged.at_best is Verdict.UNDECIDED
     assert judged.reason == "the deadline passed before bumps on pocket 1 were looked for"
     stop = _core.Stop()
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        riders.findings(raw, on, inspector.ply, stop)
+        riders.findings(raw, found, found.pockets, inspector.ply, stop)
 
 
 def test_a_scan_that_shows_nothing_there_has_no_riders():

@@ -125,9 +125,7 @@ def test_a_bump_below_the_tolerances_counts_where_it_makes_a_pocket_crease():
     (p,) = report.pockets
     assert p.excess.alone_mm < 0.6
     assert p.verdict is report.verdict is Verdict.UNDECIDED
-    said = re.match(
-        r"a fibre over it and the bump of [\d.]+ cm² at \(71, -?0\) mm is up to ([\d.]+) mm longer", p.reason
-    )
+    said = re.match(r"a fibre over it and the bump at \(7[012], -?0\) mm is up to ([\d.]+) mm longer", p.reason)
     assert sum(singly) - 0.08 < float(said[1]) < sum(singly) + 0.12  # with all that the filters may have taken
 
 
@@ -138,7 +136,6 @@ def test_a_bump_below_the_tolerances_counts_where_it_makes_a_pocket_crease():
 )
 def test_a_bump_that_cannot_add_enough_changes_nothing(bump):
     report = beside_a_bump(*bump)
-    assert any(entry.what.startswith("bump of") for entry in report.left_out)
     assert [p.verdict for p in report.pockets] == [Verdict.CEASE]
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from debulk.inspection.bumps import tolerances
 from debulk.inspection.checks import approval, false_acceptance, fibre_angles, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
@@ -59,7 +58,7 @@ CHECKS = (
     Check("fibre_angles", lambda seen: fibre_angles.findings(seen.found.runs, seen.ply)),
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
-    Check("deadline", lambda seen: [*pockets.deadline(seen), *tolerances.findings(seen.judged.bumps)]),
+    Check("deadline", pockets.deadline),
     Check("holes", pockets.not_seen, (unseen.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", false_acceptance.findings),

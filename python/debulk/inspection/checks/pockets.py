@@ -65,7 +65,9 @@ def pockets(seen: Seen) -> list[Finding]:
 def deadline(seen: Seen) -> list[Finding]:
     """Name the pockets that only the deadline kept from a verdict."""
     judged = seen.judged
-    return [
+    late = "the deadline passed before all places were cut out where a fibre may be too long and no pocket is"
+    missed = [Finding("deadline", Verdict.UNDECIDED, late)] if judged.late else []
+    return missed + [
         Finding("deadline", None, f"the deadline cut off the {one.late} of pocket {p.id}", pocket=p.id)
         for p, one in zip(judged.reports, judged.evaluations, strict=True)
         if one.late and p.verdict is Verdict.UNDECIDED and not p.decided_by
@@ -80,8 +82,4 @@ def audit(seen: Seen) -> list[Finding]:
 
 def not_seen(seen: Seen) -> list[Finding]:
     """Return what may lie in the parts of the ply that were not seen."""
-    judged = seen.judged
-    taken = [bump.dropped for bump in judged.bumps if bump.found is not None]  # the last of the pockets
-    halves = [p.half_seen for p in judged.reports[len(judged.reports) - len(taken) :]]
-    judged_bumps = [bump for bump, half in zip(taken, halves, strict=True) if half is not None and half.ways]
-    return unseen.findings(seen.found, judged.reports, seen.ply.recipe, judged_bumps)
+    return unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe)

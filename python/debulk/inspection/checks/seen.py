@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from debulk.inspection.bumps.tolerances import Bump
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.place.placing import Placed
@@ -22,16 +21,16 @@ from debulk.results.report import LeftOut, PocketReport
 
 @dataclass(frozen=True)
 class Judged:
-    """The pockets of a scan, and the bumps judged as pockets: all sequences are in the same order."""
+    """The pockets of a scan, and the places judged as pockets: all sequences are in the same order."""
 
     pockets: Sequence[FoundPocket]
     evaluations: Sequence[Evaluation]
-    """`pockets`, `evaluations`: each pocket, and what became of it: first the pockets found, then the bumps judged as
-    pockets."""
+    """`pockets`, `evaluations`: each pocket, and what became of it: first the pockets found, then the places judged
+    as pockets."""
     reports: tuple[PocketReport, ...]
     """The reports of the evaluations, in which pockets that exceed the limit only together name each other."""
-    bumps: Sequence[Bump]
-    """All bumps below the tolerances."""
+    late: bool = False
+    """Whether a deadline cut off the search for places that no pocket covers."""
 
 
 class Recognised(NamedTuple):
@@ -57,7 +56,7 @@ class Seen:
     judged: Judged
     """The pockets with their verdicts."""
     riders: Sequence[Finding]
-    """Findings on narrow bumps on top of pockets and bumps, which are looked for only where all pockets cease."""
+    """Findings on narrow bumps on pockets and other places, which are looked for only where all pockets cease."""
     standing: Standing
     filled: Filled
     """`standing`, `filled`: what the raw scan shows."""

@@ -6,13 +6,12 @@ places of a run together exceed the limit, the verdict is UNDECIDED.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk.inspection.bumps.tolerances import Bump, named_places
 from debulk.inspection.find.found import FoundPocket, runs_over
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.friction_length import friction_length
@@ -24,16 +23,13 @@ from debulk.verdict import Verdict
 if TYPE_CHECKING:
     from debulk.inspection.ply.fibre_runs import ScanRuns
 
-_NAMED = 3  # so many pockets and so many bumps at most are named in a reason
+_NAMED = 3  # so many pockets and bumps at most are named in a reason
 _APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this
 
 
-def named(
-    reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], bumps: Sequence[Bump], ply: PlyOnMold
-) -> tuple[PocketReport, ...]:
+def named(reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], ply: PlyOnMold) -> tuple[PocketReport, ...]:
     """Name what shares a fibre with a pocket that is UNDECIDED only because one fold may draw all of it together."""
     limit_mm = ply.recipe.verdict.max_ridge_mm
-    others = named_places(pockets, bumps)
     out = []
     for p, one in zip(reports, pockets, strict=True):
         known, runs = p.excess, one.excess
@@ -42,11 +38,25 @@ def named(
             out.append(p)
             continue
         worst = int(one.crossing[np.argmax(excess.most_mm(runs))])
-        same = [name for name, other in others if other is not one and worst in other.crossing]
+        same = [f"pocket {other.number}" for other in pockets if other is not one and worst in other.crossing]
+        same += _bumps_on(worst, one, pockets)
         with_them = f" and {_listed(same)}" if same else ""
         length_mm = float(runs.high_mm.max())
         out.append(replace(p, reason=_reason(f"it{with_them}", length_mm, known.range_mm[1], ply), decided_by=""))
     return tuple(out)
+
+
+def _bumps_on(worst: int, found: FoundPocket, pockets: Sequence[FoundPocket]) -> Iterator[str]:
+    """Name the parts of a run that cross no pocket."""
+    assert found.runs is not None
+    runs = found.runs.runs
+    parts = excess.alone(runs) & (runs.family == runs.family[worst]) & (runs.line == runs.line[worst])
+    parts[runs_over(pockets)] = False
+    ends_mm = np.linalg.norm(runs.top_mm - runs.from_mm[worst], axis=1) + np.linalg.norm(
+        runs.top_mm - runs.to_mm[worst], axis=1
+    )
+    for x, y in runs.top_mm[parts & (ends_mm < 1.01 * runs.length_mm[worst])].tolist():
+        yield f"the bump at ({x:.0f}, {y:.0f}) mm"
 
 
 def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Finding]:

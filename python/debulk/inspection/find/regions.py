@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +16,6 @@ from debulk.inspection.find.whole_scan import WholeScanFinder
 from debulk.inspection.ply.setup import Setup
 from debulk.recipe import options
 from debulk.results.report import LeftOut
-
-if TYPE_CHECKING:
-    pass
 
 _WHOLE = "none: the whole scan was processed, which takes longer"
 _LEAST_RATIO = 1.5  # with 1.0 a clean scan loses 5 % of the ply on flanks, with 1.5 nothing (measured on 14 pockets)
@@ -84,7 +81,7 @@ class RegionFinder:
             self._whole.prepare()  # now, not in the first cycle
 
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
-        """Find the pockets of a scan; see `Finder`."""
+        """Find the pockets of a scan, as `WholeScanFinder.find` does."""
         stop = stop or _core.Stop()
         why_whole = self._unusable
         if not why_whole:
@@ -124,6 +121,15 @@ class RegionFinder:
         }  # fmt: skip
         left_out = _left_out(figures, self._recipe.segmentation.area_tol_mm2)
         return Found(tuple(parts), unseen, Grid(*overview), times_ms, left_out, figures)
+
+
+def finder_for(setup: Setup) -> RegionFinder | WholeScanFinder:
+    """Prepare the finder that the recipe asks for: regions with the whole scan as fallback, or only the whole scan."""
+    whole = WholeScanFinder(setup)
+    if not setup.recipe.segmentation.regions:
+        whole.prepare()
+        return whole
+    return RegionFinder(setup, whole)
 
 
 def _left_out(figures: RegionFigures, area_tol_mm2: float) -> tuple[LeftOut, ...]:

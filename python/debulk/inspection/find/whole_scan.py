@@ -47,7 +47,22 @@ class WholeScanFinder:
         return self._front
 
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
-        """Find the pockets of a scan; see `Finder`."""
+        """Find the pockets of a scan.
+
+        Parameters
+        ----------
+        scan
+            (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen.
+        mask
+            (H, W) of an organised scan: True where a pixel is not to be used.
+        stop
+            Ends the search with `Stopped` when it is raised from another thread, or when its deadline passes.
+
+        Raises
+        ------
+        InputError
+            For a bad cloud, or a mask of another shape.
+        """
         stop = stop or _core.Stop()
         points = masked(scan, mask, "scan", stop)
         front = self.prepare()

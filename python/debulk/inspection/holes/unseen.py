@@ -57,21 +57,19 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
     )
 
 
-def findings(
-    found: Found, pockets: Sequence[PocketReport], recipe: Recipe, judged_bumps: Sequence[pocket.Dropped] = ()
-) -> list[Finding]:
+def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Finding]:
     """Judge the parts that were not seen.
 
     A hole whose rim stands up may hide the rest of whatever stands there. A thick hole with a flat rim may hide a whole
     pocket, unless the hole is due to the mask; so may a hole in which single points stand up. A bump whose area and
-    height are lower bounds may be a pocket, unless it is one of `judged_bumps`, which are judged as pockets together
-    with the holes beside them, or lies in a hole that a pocket was judged with.
+    height are lower bounds may be a pocket, unless it was judged as one together with the holes beside it, or lies in a
+    hole that a pocket was judged with.
     """
     of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
     out = [one for one in of_holes if one is not None]
     for bump in found.dropped:
         share = bump.measured_share
-        if any(bump is one for one in judged_bumps):
+        if any(_judged_as(bump, one) for one in pockets):
             continue
         seen = share >= recipe.verdict.min_pocket_coverage
         if not bump.touches_unknown and (seen or _may_be_mm2(bump, found, recipe) < recipe.segmentation.area_tol_mm2):
@@ -88,6 +86,13 @@ def findings(
         least = recipe.verdict.min_pocket_coverage
         out.append(Finding("holes", at_best, reason, share, least, place_mm=_pair(bump.centroid_mm)))
     return out
+
+
+def _judged_as(bump: Dropped, one: PocketReport) -> bool:
+    """Return whether a bump was judged as this pocket, however the ply lies in the holes beside it."""
+    if not one.promoted or one.half_seen is None or not one.half_seen.ways or one.foot_outline_mm is None:
+        return False
+    return bool(pocket.inside(one.foot_outline_mm, bump.centroid_mm[None])[0])
 
 
 def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_mm: float, recipe: Recipe) -> str:
@@ -112,7 +117,7 @@ def _holes_round(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen) -> list[p
 def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
     """Return the area of a bump with the hole that hides the rest of it; if it is below the tolerance, it is no pocket.
 
-    The excess of the known part is bounded as for every bump (tolerances.weigh).
+    The excess of the known part is read as everywhere (`lines.places`).
     """
     holes = [
         hole.area

@@ -1,19 +1,19 @@
 """Riders: bumps that ride on a pocket and are so narrow that the filters take them for noise.
 
-Narrow bumps on even ground are found by `narrow_bumps`. A pocket, or a bump below the tolerances, is no even ground.
+Narrow bumps on even ground are found by `narrow_bumps`. Where the ply stands off the mold, there is no even ground.
 But its heights after all filters show how the ply lies without such a rider: where points of the raw scan next to each
 other stand above these heights, with hardly any below, there is one. Riders are looked for in layups that would pass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from debulk import _core
-from debulk.inspection.bumps.tolerances import Bump, named_places
 from debulk.inspection.evidence.raw_points import RawPoints
-from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.lines import places
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.narrow_bumps import bell_excess_mm
@@ -23,7 +23,7 @@ from debulk.workers import Workers
 
 
 class Carrier(NamedTuple):
-    """Something that a narrow bump may ride on: a pocket, or a wider bump below the tolerances."""
+    """Something that a narrow bump may ride on: a pocket, or another place off the mold."""
 
     name: str
     """Its name in words."""
@@ -42,12 +42,18 @@ class Rider(NamedTuple):
     excess_mm: float
 
 
-def carriers(pockets: Sequence[FoundPocket], bumps: Sequence[Bump]) -> list[Carrier]:
-    """List the pockets, and the bumps that are not judged as pockets."""
-    return [Carrier(name, one, _own_excess_mm(one)) for name, one in named_places(pockets, bumps)]
+def carriers(found: Found, judged: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop) -> Iterator[Carrier]:
+    """Yield what is judged, and the other places off the mold; raises `Stopped`."""
+    for one in judged:
+        yield Carrier(f"pocket {one.number}", one, _own_excess_mm(one))
+    for one in places.standing(found, judged, ply, stop):
+        x, y = one.pocket.centroid_mm.tolist()
+        yield Carrier(f"the bump at ({x:.0f}, {y:.0f}) mm", one, _own_excess_mm(one))
 
 
-def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.Stop) -> list[Finding]:
+def findings(
+    raw: RawPoints, found: Found, judged: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop
+) -> list[Finding]:
     """Judge the carriers: UNDECIDED for each one that would cease but could crease because of a bump on it.
 
     After the deadline of the stop, carriers that were not searched are in doubt.
@@ -70,8 +76,17 @@ def findings(raw: RawPoints, on: Sequence[Carrier], ply: PlyOnMold, stop: _core.
         return None
 
     threads = ply.recipe.run.threads or _core.default_threads()
+    on: list[Carrier] = []
+    out: list[Finding] = []
     with Workers(threads, stop) as pool:
-        return [judged for judged in pool.map(look_at, on) if judged is not None]
+        try:
+            on.extend(carriers(found, judged, ply, stop))
+        except _core.Stopped:
+            if stop.cancelled:
+                raise
+            late = "the deadline passed before all places were cut out on which narrow bumps may ride"
+            out.append(Finding("deadline", Verdict.UNDECIDED, late))
+        return out + [one for one in pool.map(look_at, on) if one is not None]
 
 
 def riders_on(found: FoundPocket, raw: RawPoints, ply: PlyOnMold, stop: _core.Stop | None = None) -> list[Rider]:

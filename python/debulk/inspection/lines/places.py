@@ -1,0 +1,200 @@
+"""Places off the mold that no pocket covers: cut out where a ridge or a bridge may count, and judged as pockets.
+
+The tolerances of the segmentation name pockets and hide nothing: every stretch of a fibre off the mold is a run
+(docs/model.md, section 9). The runs that cross no pocket's foot show whether anything else counts, and where it stands.
+Only there is the scan segmented again, without tolerances and at half the height, to give the place an outline.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from debulk import _core, pocket
+from debulk.arrays import Bools, Floats
+from debulk.fibre import FibreRuns
+from debulk.inspection.find.found import Found, FoundPocket, runs_over
+from debulk.inspection.find.windows import cells_round, cut_out
+from debulk.inspection.lines.bridges import bridge_over
+from debulk.inspection.ply import excess, polyline
+from debulk.inspection.ply.fibre_angles import angles_at
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.running.stopping import heed
+from debulk.pocket import Dropped
+from debulk.recipe import Recipe, options
+from debulk.results.report import LeftOut
+from debulk.ridge import excess_of_ridge
+
+_LEAST_HALF_MM = 40.0  # half the side of the first window round a place; it grows until the place's foot lies in it
+
+
+def judged(found: Found, pockets: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop) -> Iterator[FoundPocket]:
+    """Yield the places that are judged besides the pockets, numbered on, the highest first; raises `Stopped`.
+
+    At the ply's edge, where fibres can slip, their excess is only an upper bound on what remains.
+    """
+    if found.runs is None:
+        return
+    runs, own = found.runs.runs, _uncovered(found, pockets)
+    counts = excess.most_mm(runs) >= excess_of_ridge(_counts_from_mm(ply.recipe), ply.recipe.material.thickness_mm)
+    bridges = (runs.low_mm < runs.uncertainty_mm) & (runs.gap_mm > options.bridges_from_mm(ply.recipe))
+    wanted = own & (counts | bridges)
+    for bump in found.dropped:
+        if bump.touches_unknown and own.any():  # its area is a lower bound
+            away_mm = np.linalg.norm(runs.top_mm - bump.centroid_mm, axis=1)
+            wanted[np.argmin(np.where(own, away_mm, np.inf))] = True
+    number = len(pockets)
+    for place in _cut_out(found, wanted, ply, stop):
+        why = _why(place, runs[place.crossing[own[place.crossing]]], ply, stop)
+        if why:
+            number += 1
+            yield replace(place, number=number, promoted=f"below the tolerances, but {why}")
+
+
+def standing(found: Found, judged: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop) -> Iterator[FoundPocket]:
+    """Yield the other places that stand up so high that they are no even ground; raises `Stopped`."""
+    if found.runs is not None:
+        high = found.runs.runs.gap_mm + ply.recipe.material.thickness_mm >= options.flag_mm(ply.recipe)
+        yield from _cut_out(found, _uncovered(found, judged) & high, ply, stop)
+
+
+def left_out(found: Found, judged: Sequence[FoundPocket], recipe: Recipe) -> tuple[LeftOut, ...]:
+    """Name the bumps that the tolerances drop, and bound the excess of all that stands beside what is judged."""
+    if found.runs is None:
+        return ()
+    rest = found.runs.runs[_uncovered(found, judged)]
+    limits = recipe.segmentation
+    entries = [
+        LeftOut(
+            what=f"bump of {bump.area_mm2 / 100:.2f} cm² at ({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm",
+            why=f"no pocket: below the tolerance on {bump.reason}; {_longest(over, recipe)}",
+            bound=f"stands {bump.peak_mm:.2f} mm above the reference; limits {limits.area_tol_mm2 / 100:g} cm² "
+            f"at the cut and {limits.cut_height_mm + limits.peak_tol_mm:g} mm",
+            place_mm=(float(bump.centroid_mm[0]), float(bump.centroid_mm[1])),
+        )
+        for bump in found.dropped
+        if len(over := rest[np.linalg.norm(rest.top_mm - bump.centroid_mm, axis=1) ** 2 < bump.area_mm2])
+    ]
+    if len(rest):
+        x, y = rest.top_mm[np.argmax(excess.most_mm(rest))].tolist()
+        entries.append(
+            LeftOut(
+                what="nets where the ply stands off the mold beside what is judged",
+                why=f"nothing there is judged: {_longest(rest, recipe)}, at ({x:.0f}, {y:.0f}) mm",
+                bound=f"the limit is {recipe.verdict.max_ridge_mm:.2f} mm",
+                place_mm=(x, y),
+            )
+        )
+    return tuple(entries)
+
+
+def _longest(runs: FibreRuns, recipe: Recipe) -> str:
+    most_mm = excess.upper_mm(runs)
+    ridge_mm = excess.ridge_of(most_mm, recipe)
+    return f"a fibre over it is up to {most_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
+
+
+def _uncovered(found: Found, pockets: Sequence[FoundPocket]) -> Bools:
+    """Return which runs cross no foot of the pockets, of those without flat ply (`shared_runs` has the rest)."""
+    assert found.runs is not None
+    out = excess.alone(found.runs.runs)
+    out[runs_over(pockets)] = False
+    return out
+
+
+def _counts_from_mm(recipe: Recipe) -> float:
+    """Return the ridge from which a place is judged: under the paper's criterion, also one whose RMS counts.
+
+    With the few nodes of a bump, the RMS exceeds its limit when the ridge is at a third of its own. That is the RMS for
+    the case that every fibre of a net has this ridge, each of one node.
+    """
+    counts_mm, limits = options.counts_from_mm(recipe), recipe.verdict
+    if limits.criterion != "paper":
+        return counts_mm
+    base_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
+    share = min(1.0, 2 / math.sqrt(recipe.net.node_target))  # fibres of both directions per node
+    over_base = (limits.max_rms_mm - limits.rms_margin_mm) ** 2 - base_mm**2
+    return min(counts_mm, math.sqrt(max(0.0, base_mm**2 + over_base / share)))
+
+
+def _why(place: FoundPocket, own: FibreRuns, ply: PlyOnMold, stop: _core.Stop) -> str:
+    """Return why a place is judged, by the runs of its own; empty: nothing that counts can come of it."""
+    recipe = ply.recipe
+    counts_mm = _counts_from_mm(recipe)
+    if not place.foot.closed:
+        seen_mm = float(own.excess_mm[own.held].max(initial=0.0))
+        if excess.ridge_of(seen_mm, recipe) >= counts_mm:
+            return f"what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold, and its foot is open"
+        return "its foot is not known all round" if place.pocket.touches_unknown else ""
+    try:
+        angles_at(ply.fibre_angles_deg, place.pocket.centroid_mm)
+    except _core.InputError as error:
+        return f"its excess is not known: {error}"
+    if bridge_over(place, ply, stop).counts(options.counts_from_mm(recipe)):
+        return f"{_longest(own, recipe)}, and the ply over it may be too short for the hollow below"
+    return _longest(own, recipe) if excess.ridge_of(excess.upper_mm(own), recipe) >= counts_mm else ""
+
+
+def _cut_out(found: Found, wanted: Bools, ply: PlyOnMold, stop: _core.Stop) -> Iterator[FoundPocket]:
+    """Yield the places over which the wanted runs come, the highest first."""
+    assert found.runs is not None
+    runs, left = found.runs.runs, wanted.copy()
+    while left.any():
+        heed(stop, "the search for places beside the pockets")
+        n = int(np.argmax(np.where(left, runs.gap_mm, -np.inf)))
+        left[n] = False
+        place = _place_at(runs.top_mm[n], float(runs.gap_mm[n]), float(runs.length_mm[n]), found, ply, stop)
+        if place is not None:
+            left[place.crossing] = False
+            yield place
+
+
+def _place_at(
+    top_mm: Floats, gap_mm: float, length_mm: float, found: Found, ply: PlyOnMold, stop: _core.Stop
+) -> FoundPocket | None:
+    """Segment a window round the top of a place; None if most of it belongs to a pocket, or only a point stands up."""
+    threads = ply.recipe.run.threads
+    part = next((part for part in found.parts if np.isfinite(part[0].heights.at(top_mm))), None)
+    if part is None:
+        return None
+    whole, feet = part
+    wanted, lower = options.segment(ply.recipe, ply.outline), options.feet(ply.recipe)
+    lower.noise_mm = feet.noise_mm  # the noise of the whole scan: a window is too small to estimate it
+    half_way_mm = ply.recipe.material.thickness_mm + 0.5 * (feet.mold_tol_mm + gap_mm)
+    wanted.cut_height_mm = min(wanted.cut_height_mm, half_way_mm)
+    wanted.area_tol_mm2 = wanted.peak_tol_mm = 0.0
+    half_mm = max(_LEAST_HALF_MM, 1.5 * length_mm)
+    while True:
+        rows, columns = cells_round(np.stack([top_mm, top_mm]), whole.heights, half_mm)
+        again = pocket.segment_with(wanted, cut_out(whole.heights, rows, columns), threads, stop)
+        label = int(again.labels.at(top_mm))
+        owner = feet.labels.values[rows, columns][again.labels.values == label]
+        if label == 0 or 2 * np.count_nonzero(owner) > owner.size:
+            return None
+        bump = again.pockets[label - 1]
+        # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
+        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.length_mm(_closed(bump.outline_mm)))
+        again.pockets[label - 1] = _with_unseen(bump, found.dropped)
+        its_feet = pocket.feet_with(lower, again, threads, stop)
+        one = FoundPocket(0, again, its_feet, label - 1, found.unseen, masked=found.masked, runs=found.runs)
+        if one.foot.closed or again.labels.values.shape == whole.labels.values.shape:
+            return one
+        half_mm *= 2
+
+
+def _with_unseen(one: pocket.Pocket, dropped: Sequence[Dropped]) -> pocket.Pocket:
+    """Return a place with what was not seen of the bumps in it, of which its window knows nothing."""
+    low, high = one.outline_mm.min(axis=0), one.outline_mm.max(axis=0)
+    within = [bump for bump in dropped if (low <= bump.centroid_mm).all() and (bump.centroid_mm <= high).all()]
+    return replace(
+        one,
+        measured_share=min([one.measured_share, *(bump.measured_share for bump in within)]),
+        touches_unknown=any(bump.touches_unknown for bump in within),
+    )
+
+
+def _closed(outline: Floats) -> Floats:
+    return np.vstack([outline, outline[:1]])
