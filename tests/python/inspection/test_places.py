@@ -131,13 +131,11 @@ def test_a_bent_bump_is_passed(regions):
     assert inspector.inspect(scan).verdict is Verdict.CEASE
 
 
-def test_a_bump_that_a_bent_one_goes_round_is_judged():
-    """The middle of the bent one lies on it. It comes to no cut; its ridge would be 0.9 mm."""
+def test_a_bump_that_a_bent_one_goes_round_is_not_passed():
+    """It comes to no cut. The fibres over both of them are 1.1 mm too long: a ridge of up to 0.69 mm."""
     inspector = laid_ply.inspector()
     bent, low = _bent(60, 16, 2.3), laid_ply.bell(19, 0, 10, 1.6, 40)
     scan = laid_ply.scan(lambda x, y: bent(x, y) + low(x, y))
-    (place,) = judged(inspector, inspector.find(scan))
-    assert np.linalg.norm(place.pocket.centroid_mm - (19, 0)) < 2
     assert inspector.inspect(scan).verdict is not Verdict.CEASE
 
 
@@ -168,8 +166,6 @@ def test_a_long_ridge_below_the_cut_is_not_passed(regions):
     scan = laid_ply.scan(laid_ply.bell(50, 30, 10, 1.6, 150))
     found = inspector.find(scan)
     assert (found.pockets, found.dropped) == ((), ())
-    (place,) = judged(inspector, found)
-    assert place.pocket.peak_mm < 2.0
     assert inspector.inspect(scan).verdict is not Verdict.CEASE
 
 
@@ -190,11 +186,11 @@ def test_what_the_filters_lower_is_not_passed(wide_mm, high_mm):
 
 @pytest.mark.parametrize(("criterion", "count"), [("excess", 0), ("paper", 1)])
 def test_the_rms_promotes_a_bump_only_where_it_decides(criterion, count):
-    """25 mm wide, 2.4 mm high: 0.56 mm too long makes a ridge of 0.41 mm, though an RMS above 0.3 on few nodes."""
+    """25 mm wide, 2.6 mm high: 0.66 mm too long makes a ridge of 0.46 mm, though an RMS above 0.3 on few nodes."""
     one = laid_ply.layup()
     recipe = Recipe(verdict={"criterion": criterion})
     inspector = Inspector(recipe, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
-    assert len(judged(inspector, inspector.find(laid_ply.scan(laid_ply.bell(50, 30, 25, 2.4))))) == count
+    assert len(judged(inspector, inspector.find(laid_ply.scan(laid_ply.bell(50, 30, 25, 2.6))))) == count
 
 
 def test_a_clump_of_flying_points_is_no_bump():
