@@ -3,7 +3,7 @@
 It varies one parameter at a time, and takes draws of Latin-hypercube combinations of all of them, each with its own
 seed. Answers of small nets are held against extended precision (second.py). Writes stress.txt, stress.csv and
 stress.png, and each case that is neither certified nor refused to build/stress, for
-`python -m debulk.inspection.minima.replay`.
+`debulk replay`.
 """
 
 from __future__ import annotations

@@ -118,16 +118,13 @@ def view(
 
 
 def replay(
-    file: Annotated[
-        list[Path],
-        typer.Argument(help="Solves kept in the recipe's run.dump_folder, or by evaluate.replay.dump()."),
-    ],
+    file: Annotated[list[Path], typer.Argument(help="Solves kept in the recipe's run.dump_folder.")],
 ) -> None:
     """Solve dumped problems again and print what came of them, then and now."""
     with outcome():
         from debulk.inspection.minima.replay import main
 
-        raise typer.Exit(main([str(path) for path in file]))
+        raise typer.Exit(main(file))
 
 
 def doctor(as_json: JSON = False) -> None:

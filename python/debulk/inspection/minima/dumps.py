@@ -31,18 +31,9 @@ def keep(
     path = Path(folder) / f"{datetime.now(UTC):%Y%m%dT%H%M%S}_pocket_{number}.json"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        replay.dump(
-            path,
-            ply,
-            solution,
-            method=wanted.method,
-            starts=first + max(1, len(solution.minima)),
-            first_start=first,
-            seed=wanted.seed,
-            tolerance=wanted.tolerance,
-            max_iterations=wanted.max_iterations,
-            stiffness=wanted.stiffness,
-        )
+        options = wanted.model_dump(include={"method", "seed", "tolerance", "max_iterations", "stiffness"})
+        starts = first + max(1, len(solution.minima))
+        replay.dump(path, ply, solution, starts=starts, first_start=first, **options)
     except OSError as error:
         log.warning("the solve of pocket %d could not be kept: %s: %s", number, path, error.strerror or error)
     else:
