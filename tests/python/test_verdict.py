@@ -11,7 +11,7 @@ from debulk.verdict import Criteria, Judgement, Verdict, excess_bounds, judge, j
 def test_the_four_verdicts_are_words():
     assert {v.value for v in Verdict} == {"cease", "crease", "undecided", "invalid"}
     assert Verdict("cease") is Verdict.CEASE
-    assert f"{Verdict.CEASE}" == str(Verdict.CEASE) == "CEASE"
+    assert f"{Verdict.CEASE}" == str(Verdict.CEASE) == "CEASE" and f"{Verdict.CEASE:>7}" == "  CEASE"
 
 
 def test_the_worst_verdict_is_the_compiled_order():
