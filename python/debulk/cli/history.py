@@ -207,15 +207,12 @@ def calibrate(
         from debulk.recipe import Recipe
 
         settings = Recipe() if recipe is None else Recipe.load(recipe)
-        limits = settings.verdict
-        thickness = settings.material.thickness_mm
-        costs = Costs(missed, needless)
-        found = learned(History(_there(history)), limits.max_ridge_mm, thickness, costs, within)
+        present, thickness = settings.verdict.max_ridge_mm, settings.material.thickness_mm
+        found = learned(History(_there(history)), present, thickness, Costs(missed, needless), within)
         if output is not None:
             if not found.limit_mm > 0:
                 raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
-            changed = limits.model_copy(update={"max_ridge_mm": found.limit_mm})
-            write_text(output, settings.model_copy(update={"verdict": changed}).to_toml())
+            write_text(output, found.proposed(settings).to_toml())
         if as_json:
             print_json(json_of(found))
             return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from debulk.history.tables import connected
 from debulk.learning.detection import Pod, pod
 from debulk.learning.likelihood import Outcomes, Posterior, Prior, posterior
 from debulk.ridge import excess_of_ridge
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
 
 _FOLDS = 5
 _LEAST = 10  # outcomes: with fewer the prior speaks
@@ -82,6 +86,14 @@ class Calibrated:
     """What is detected of which measured size; None where the outcomes do not give a curve, and `not_detected` says
     why."""
     not_detected: str = ""
+
+    def proposed(self, recipe: Recipe) -> Recipe:
+        """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities."""
+        found = self.posterior
+        known = {"crease_mm": found.limit_mm, "limit_mm": found.limit_sd_mm, "spread_mm": found.spread_mm}
+        unsure = recipe.uncertainty.model_copy(update={name: round(value, 4) for name, value in known.items()})
+        limits = recipe.verdict.model_copy(update={"max_ridge_mm": self.limit_mm})
+        return recipe.model_copy(update={"verdict": limits, "uncertainty": unsure})
 
 
 def calibrate(

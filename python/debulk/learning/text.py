@@ -48,6 +48,7 @@ def as_json(found: Calibrated) -> str:
         "outcomes": len(found.outcomes),
         "creased": int(found.outcomes.creased.sum()),
         "limit_mm": found.posterior.limit_mm,
+        "limit_sd_mm": found.posterior.limit_sd_mm,
         "limit_interval_mm": found.posterior.interval_mm(),
         "spread_mm": found.posterior.spread_mm,
         "spread_interval_mm": found.posterior.spread_interval_mm(),

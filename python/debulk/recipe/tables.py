@@ -323,9 +323,16 @@ class Uncertainty(Section):
     angle_deg: float = Field(
         default=2.0, ge=0, le=45, description="the fibres run within this angle of where they are said to, evenly"
     )
-    limit_mm: UpTo10 = Field(default=0.0, description="standard deviation of verdict.max_ridge_mm (debulk calibrate)")
+    crease_mm: UpTo10 | None = Field(
+        default=None,
+        gt=0,
+        description="ridge at which half of the pockets crease (debulk calibrate); unset: verdict.max_ridge_mm",
+    )
+    limit_mm: UpTo10 = Field(
+        default=0.0, description="standard deviation of that ridge, as it is known (debulk calibrate)"
+    )
     spread_mm: UpTo10 = Field(
-        default=0.0, description="standard deviation of the limit from pocket to pocket (debulk calibrate)"
+        default=0.0, description="standard deviation of it from pocket to pocket (debulk calibrate)"
     )
 
 

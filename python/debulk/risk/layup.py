@@ -38,7 +38,10 @@ class Risk:
 
 
 def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recipe) -> Risk:
-    """Return the probability that each pocket's ridge exceeds ``verdict.max_ridge_mm``, and that any does.
+    """Return the probability that each pocket's ridge exceeds the limit, and that any does.
+
+    The limit is ``uncertainty.crease_mm``, which `debulk calibrate` learns from outcomes; ``verdict.max_ridge_mm``
+    where that is not set.
 
     Parameters
     ----------
@@ -78,6 +81,11 @@ def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recip
     return Risk(pocket_risks, None if None in pocket_risks.values() else max(0.0, any_of))
 
 
+def crease_mm(recipe: Recipe) -> float:
+    """Return the ridge at which half of the pockets crease: what outcomes say, or else the limit as it stands."""
+    return recipe.uncertainty.crease_mm or recipe.verdict.max_ridge_mm
+
+
 def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
     """Return what all ridges share: the standard deviation of limit and thickness, mm, and of the fibres, radians."""
     unsure = recipe.uncertainty
@@ -87,7 +95,7 @@ def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
 
 def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, recipe: Recipe) -> tuple[Floats, Floats]:
     """Return (P, K) probabilities, alone and joined, of ridges that are (P, K) higher and scatter by (P,), mm."""
-    over = higher_mm - recipe.verdict.max_ridge_mm
+    over = higher_mm - crease_mm(recipe)
     out = []
     for heights in zip(*(p.heights_mm(recipe) for p in places), strict=True):
         z = (np.stack(heights)[:, None, :] + over[:, :, None]) / sd_mm[:, None, None]

@@ -48,6 +48,8 @@ class Place:
             heights = np.interp((np.arange(64) + 0.5) / 64, (0, 1), self.range_mm)
             return heights, heights
         gathered, foot = np.outer(SHARES, READING).ravel() / 2, FOOT * recipe.material.thickness_mm
+        if recipe.uncertainty.crease_mm is not None:  # outcomes over the ridge of the whole excess hold both factors
+            gathered = np.full_like(gathered, 0.5)
         return gathered * self.excess_mm + foot, gathered * self.joined_mm + foot
 
     @staticmethod

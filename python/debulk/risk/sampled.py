@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk.risk.layup import _JOINED, Risk, common_sd_mm
+from debulk.risk.layup import _JOINED, Risk, common_sd_mm, crease_mm
 from debulk.risk.place import place_of
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def sampled(
         drawn = rng.integers(len(alone), size=count)
         sd_mm = np.hypot(place.sd_mm, recipe.uncertainty.spread_mm)
         height = np.where(together, joined[drawn], alone[drawn]) + sd_mm * rng.standard_normal(count)
-        over = height + common + place.turn_mm * angle > recipe.verdict.max_ridge_mm
+        over = height + common + place.turn_mm * angle > crease_mm(recipe)
         exceeds |= over
         shares[number] = float(over.mean())
     return Risk(shares, None if None in shares.values() else float(exceeds.mean()))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.optimize
+import scipy.stats
 from typer.testing import CliRunner
 
 from debulk import InputError
@@ -20,6 +21,10 @@ from debulk.learning import Outcomes, calibrate, pod, posterior
 from debulk.learning.calibration import Costs, cost_limit_mm
 from debulk.learning.likelihood import Prior
 from debulk.recipe import Recipe
+from debulk.results.report import ExcessReport, PocketReport
+from debulk.ridge import excess_of_ridge
+from debulk.risk import risk, sampled
+from debulk.verdict import Verdict
 
 BENCH = Path(__file__).resolve().parents[3] / "bench" / "learning" / "coverage.py"
 
@@ -197,6 +202,41 @@ def test_the_number_that_is_needed_is_about_right(bench):
     assert np.mean(widths) == pytest.approx(0.02, rel=0.35)
 
 
+@pytest.mark.parametrize("ridge_mm", [0.5, 0.6, 0.65, 0.7, 0.72, 0.75, 0.8, 0.9])
+def test_probabilities_by_the_proposed_recipe_are_those_of_the_posterior(history, ridge_mm):
+    """Summed over all limits and spreads, each logistic; a normal law of the same variance is within 0.023 of that."""
+    found, thickness_mm, noise_mm = calibrate(history), 0.3, 0.004
+    recipe = found.proposed(Recipe(uncertainty={"thickness_share": 0, "angle_deg": 0}))
+    excess_mm = excess_of_ridge(ridge_mm, thickness_mm)
+    known = ExcessReport(
+        length_mm=excess_mm, height_mm=ridge_mm, range_mm=(ridge_mm, ridge_mm), alone_mm=ridge_mm, elastic_mm=1.0,
+        noise_mm=noise_mm, uncertainty_mm=0.02, bridge_bound_mm=0.0, missed_mm=0.0,
+    )  # fmt: skip
+    one = PocketReport(
+        id=1, verdict=Verdict.CEASE, reason="", decided_by="excess", excess=known, outline_mm=np.zeros((0, 2)),
+        area_mm2=1.0, peak_mm=1.0, volume_mm3=1.0,
+    )  # fmt: skip
+    expected = found.posterior.creases(ridge_mm, noise_mm)[0]
+    assert risk([one], None, recipe).pockets[1] == pytest.approx(expected, abs=0.04)
+    assert sampled([one], None, recipe, 4000).pockets[1] == pytest.approx(expected, abs=0.05)
+
+
+def test_probabilities_by_proposed_recipes_come_true_as_often_as_they_say(bench):
+    """Of 100 hidden limits, each learned from 60 outcomes and asked of 100 more pockets, by sixths of what is said."""
+    rng, said, was = np.random.default_rng(8), [], []
+    for _ in range(100):
+        limit, spread, known = bench.virtual(rng, "normal", 60)
+        found = posterior(known)
+        sd_mm = math.hypot(found.limit_sd_mm, found.spread_mm)  # what Calibrated.proposed writes, and risk adds
+        ridge = rng.uniform(limit - 0.15, limit + 0.15, 100)
+        said.append(scipy.stats.norm.cdf((ridge - found.limit_mm) / sd_mm))
+        was.append(ridge > limit + spread * rng.normal(size=100))
+    p, true = np.concatenate(said), np.concatenate(was)
+    for low in np.arange(6) / 6:
+        here = (p >= low) & (p < low + 1 / 6)
+        assert p[here].mean() == pytest.approx(true[here].mean(), abs=0.05)
+
+
 def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
     there = History(tmp_path / "c.sqlite")
     there.add(report)
@@ -214,7 +254,12 @@ def test_the_command_proposes_and_changes_nothing(history, tmp_path):
     assert done.exit_code == 0, done.output
     proposed = Recipe.load(tmp_path / "proposed.toml")
     found = calibrate(history)
-    assert proposed == Recipe(net={"node_target": 60}, verdict={"max_ridge_mm": found.limit_mm})
+    known = found.posterior
+    learned = {"crease_mm": known.limit_mm, "limit_mm": known.limit_sd_mm, "spread_mm": known.spread_mm}
+    assert proposed == Recipe(
+        net={"node_target": 60}, verdict={"max_ridge_mm": found.limit_mm},
+        uncertainty={name: round(value, 4) for name, value in learned.items()},
+    )  # fmt: skip
     assert f"proposed: verdict.max_ridge_mm = {found.limit_mm:.2f}" in done.stdout
     assert (tmp_path / "cell.toml").read_text() == "[net]\nnode_target = 60\n"
     assert history.path.read_bytes() == before
