@@ -16,6 +16,12 @@ namespace py = pybind11;
 namespace debulk {
 namespace {
 
+// Version and digits of the C++ sources that this is built from: the Python files refuse another build's (debulk/build.py).
+constexpr const char* kBuild = DEBULK_VERSION
+    " "
+#include "core_sources.txt"
+    ;
+
 std::string joined(int major, int minor, int patch) {
   return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
 }
@@ -53,6 +59,7 @@ std::string instruction_set() {
 }  // namespace
 
 void bind_build(py::module_ m) {
+  m.attr("build") = kBuild;
   m.def("build_versions", &versions);
   m.def("instruction_set", &instruction_set);
 }

@@ -14,7 +14,7 @@ rm -rf "$work"
 mkdir -p "$work/bench" "$work/mutants/bench" # those that are looked at first must be there when Python starts
 cp -r python/debulk tests pyproject.toml "$work"
 cp -r bench/lab "$work/bench"
-cp "$core" "$work/debulk"
+cp "$core" "$(dirname "$core")/core_sources.txt" "$work/debulk"
 cd "$work"
 PYTHONPATH=$PWD/mutants:$PWD/mutants/bench "$python" -m mutmut run --max-children "${MUTANTS_AT_ONCE:-2}" | tail -n 1
 "$python" -m mutmut results | sort >survivors.txt
