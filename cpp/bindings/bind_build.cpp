@@ -17,8 +17,7 @@ namespace debulk {
 namespace {
 
 // Version and digits of the C++ sources that this is built from: the Python files refuse another build's (debulk/build.py).
-constexpr const char* kBuild = DEBULK_VERSION
-    " "
+constexpr const char kSources[] =
 #include "core_sources.txt"
     ;
 
@@ -59,7 +58,7 @@ std::string instruction_set() {
 }  // namespace
 
 void bind_build(py::module_ m) {
-  m.attr("build") = kBuild;
+  m.attr("build") = std::string(DEBULK_VERSION " ") + kSources;
   m.def("build_versions", &versions);
   m.def("instruction_set", &instruction_set);
 }

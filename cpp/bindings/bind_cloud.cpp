@@ -72,16 +72,17 @@ void bind_cloud(py::module_ m) {
 
   m.def(
       "move_kept",
-      [](py::array_t<float, py::array::c_style>& points, const Array<std::uint8_t>& keep, const Array<double>& matrix, int threads,
-         const Stop& stop) {
+      [](const CloudArray& points, py::array_t<float, py::array::c_style>& out, const Array<std::uint8_t>& keep,
+         const Array<double>& matrix, int threads, const Stop& stop) {
         const CloudView cloud = cloud_view(points, "points");
+        require(shape(out) == shape(points), "out", "the shape of the points", shape_of(out));
         require(static_cast<std::size_t>(keep.size()) == cloud.size(), "keep", "one value per point", shape_of(keep));
         const Eigen::Matrix4d motion = pose_of(matrix);
-        float* xyz = points.mutable_data();
+        float* to = out.mutable_data();
         py::gil_scoped_release release;
-        move_kept(xyz, keep.data(), cloud.size(), motion, threads, stop);
+        move_kept(cloud.xyz, to, keep.data(), cloud.size(), motion, threads, stop);
       },
-      py::arg("points").noconvert(), py::arg("keep"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
+      py::arg("points"), py::arg("out").noconvert(), py::arg("keep"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
 
   m.def(
       "median_pitch",

@@ -195,19 +195,19 @@ void bind_surface(py::module_ m) {
   m.def(
       "grid_heights",
       [](const CloudArray& cloud, const std::array<double, 2>& origin, double spacing, const std::array<int, 2>& shape, double jump_ratio,
-         int threads, const Stop& stop) {
+         double pitch, int threads, const Stop& stop) {
         require(shape[0] > 0 && shape[1] > 0, "shape", "positive numbers of rows and columns",
                 std::to_string(shape[0]) + " by " + std::to_string(shape[1]));
         const CloudView view = cloud_view(cloud, "points");
         Grid<float> grid(shape[1], shape[0], vector2(origin), spacing);
         {
           py::gil_scoped_release release;
-          grid_heights(view, grid, {jump_ratio}, threads, stop);
+          grid_heights(view, grid, {jump_ratio, pitch}, threads, stop);
         }
         return grid_values(std::move(grid));
       },
-      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("threads"),
-      py::arg("stop"));
+      py::arg("points"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("shape"), py::arg("jump_ratio"), py::arg("pitch_mm"),
+      py::arg("threads"), py::arg("stop"));
 
   m.def(
       "covering_grid",

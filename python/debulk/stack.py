@@ -230,7 +230,8 @@ class Stack:
         comparison = self._inspector.compare(ply.report, scan)
         self.plies[-1] = done = StackPly(ply.number, ply.report, comparison)
         if done.passed:
-            self._below = np.array(scan, copy=True)  # the caller may scan into it again
+            self._below = below = np.array(scan, copy=True)  # the caller may scan into it again
+            below.setflags(write=False)  # so that the next ply's inspector needs no other copy
         return comparison
 
     @typed

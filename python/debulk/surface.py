@@ -228,6 +228,7 @@ def grid_heights(
     shape: tuple[int, int] | None = None,
     *,
     jump_ratio: float = 6.0,
+    pitch_mm: float = 0.0,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Grid:
@@ -244,6 +245,8 @@ def grid_heights(
         Spacing of the grid; None: the median pitch.
     jump_ratio
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
+    pitch_mm
+        The cloud's median pitch, where it is known (`debulk.cloud.median_pitch`); 0: it is measured.
     threads
         Number of threads; 0 means as many as the process may use.
 
@@ -282,7 +285,8 @@ def grid_heights(
         origin, size = _core.surface.covering_grid(low[:2], high[:2], spacing)
     else:
         origin, size = arrays.pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
-    values = _core.surface.grid_heights(cloud, origin, spacing, size, float(jump_ratio), threads, stop)
+    ratio, pitch = float(jump_ratio), float(pitch_mm)
+    values = _core.surface.grid_heights(cloud, origin, spacing, size, ratio, pitch, threads, stop)
     return Grid(values, origin, spacing)
 
 

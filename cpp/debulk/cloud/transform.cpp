@@ -52,8 +52,9 @@ std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matr
   return out;
 }
 
-void move_kept(float* xyz, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads, const Stop& stop) {
-  move(xyz, xyz, count, matrix, threads, stop, [keep](std::size_t k) { return keep[k] != 0; });
+void move_kept(const float* from, float* to, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads,
+               const Stop& stop) {
+  move(from, to, count, matrix, threads, stop, [keep](std::size_t k) { return keep[k] != 0; });
 }
 
 }  // namespace debulk

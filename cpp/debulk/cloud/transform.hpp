@@ -16,9 +16,9 @@ namespace debulk {
 // Stopped.
 std::vector<float> transform(const CloudView& cloud, const Eigen::Matrix4d& matrix, int threads = 0, const Stop& stop = Stop());
 
-// The same in the cloud's own memory, which `xyz` points to, because a cloud of 20 million points takes 240 MB. Points
+// The same from one place to another, which may be the same, because a cloud of 20 million points takes 240 MB. Points
 // whose `keep` (one per point) is 0 become missing.
-void move_kept(float* xyz, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads = 0,
+void move_kept(const float* from, float* to, const std::uint8_t* keep, std::size_t count, const Eigen::Matrix4d& matrix, int threads = 0,
                const Stop& stop = Stop());
 
 }  // namespace debulk

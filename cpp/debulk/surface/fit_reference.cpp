@@ -42,6 +42,10 @@ struct Quadratic {
       for (std::size_t a = 0; a + b < 5; ++a) weights[b][a] += y[b] * row[a];
   }
   // From the sums that RowMoments gives for several nodes.
+  void set_weights(const double* sums) {
+    for (std::size_t b = 0; b < 5; ++b)
+      for (std::size_t a = 0; a + b < 5; ++a, sums += kTogether) weights[b][a] = *sums;
+  }
   void set_heights(const double* sums) {
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t a = 0; a + b < 3; ++a, sums += kTogether) heights[b][a] = *sums;
@@ -104,19 +108,21 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes
         bool any = false;
         for (int i = first; i < last; ++i) any = any || asked(i);
         if (!any) continue;
-        double found[kSquareSums * kTogether];
+        double found[kSquareSums * kTogether], weights[kSquareWeights * kTogether];
         rows.add_up(first, low, high, middle, found);
-        const std::array<std::uint8_t, kTogether> complete = rows.all_complete(first, low, high);
+        std::array<std::uint8_t, kTogether> complete = rows.all_complete(first, low, high);
+        if (high - low < 2 * reach) complete.fill(0);
+        if (std::find(complete.begin(), complete.end(), 0) != complete.end()) rows.add_up_weights(first, low, high, middle, weights);
         for (int i = first; i < last; ++i) {
           if (!asked(i)) continue;
           Quadratic sums;
           sums.set_heights(found + (i - first));
           Quadratic::Fit& fit = out.at(i, j);
-          if (high - low == 2 * reach && complete[static_cast<std::size_t>(i - first)]) {
+          if (complete[static_cast<std::size_t>(i - first)]) {
             fit = complete_factors.fit(sums);
             continue;
           }
-          for (int y = low; y <= high; ++y) sums.add_weights(rows.weights(i, y), window.at(y - middle));
+          sums.set_weights(weights + (i - first));
           const Factors factors(sums.normal());
           if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
         }
@@ -150,11 +156,12 @@ Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
 }
 
 // The nodes' heights, each from the widest of a few windows such that every window up to it agrees with the next
-// narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there.
+// narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there. `fits` keeps
+// those in the least window and in its doubles for another call with the same heights.
 Grid<double> fit_heights(const Grid<float>& heights, const FitNodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
-                         int threads, const Stop& stop) {
-  std::vector<Grid<Quadratic::Fit>> fits;
-  for (int k = 0; k <= doublings; ++k) fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << k), {}, threads, stop));
+                         std::vector<Grid<Quadratic::Fit>>& fits, int threads, const Stop& stop) {
+  while (static_cast<int>(fits.size()) <= doublings)
+    fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << fits.size()), {}, threads, stop));
   std::vector<Grid<Quadratic::Fit>> narrow;
   const int most = bent.size() == 0 ? 0 : *std::max_element(bent.values.begin(), bent.values.end());
   for (int k = 1; k <= most; ++k)
@@ -223,8 +230,9 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   Grid<float> kept = heights;
   const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);
   Grid<std::uint8_t> bent;
+  std::vector<Grid<Quadratic::Fit>> fits;
   const auto fitted = [&](int doublings) {
-    Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, threads, stop);
+    Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, fits, threads, stop);
     if (below.size() != 0) go_on_over_cliffs(out, below);
     return Reference(fill_nodes(std::move(out), stop));
   };
@@ -240,6 +248,7 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
       residual = residuals(kept, first, threads, stop);
     }
     remove_strays(kept, residual, options.robust);
+    fits.clear();
   }
   return fitted(options.doublings);
 }

@@ -51,4 +51,17 @@ DEBULK_WIDE void window_sums(const double* rows, int wide, int count, const doub
     for (int k = 0; k < kTogether; ++k) out[a * kTogether + static_cast<std::size_t>(k)] = sums[a][k];
 }
 
+DEBULK_WIDE void window_weights(const double* rows, int wide, int count, const double* weights, double* out) {
+  double sums[kSquareWeights][kTogether] = {};
+  for (int n = 0; n < count; ++n) {
+    const double *w = weights + 5 * n, *row = rows + static_cast<long>(n) * static_cast<long>(kWeights) * wide;
+    std::size_t at = 0;
+    for (std::size_t b = 0; b < kWeights; ++b)
+      for (std::size_t a = 0; a + b < kWeights; ++a, ++at)
+        for (int k = 0; k < kTogether; ++k) sums[at][k] += w[b] * row[static_cast<long>(a) * wide + k];
+  }
+  for (std::size_t at = 0; at < kSquareWeights; ++at)
+    for (int k = 0; k < kTogether; ++k) out[at * kTogether + static_cast<std::size_t>(k)] = sums[at][k];
+}
+
 }  // namespace debulk

@@ -6,7 +6,7 @@ namespace debulk {
 
 // The sums of the local fits in fit_reference.cpp, for several rows or nodes at once.
 constexpr int kTogether = 8;
-constexpr std::size_t kSums = 4, kSquareSums = 7;
+constexpr std::size_t kSums = 4, kSquareSums = 7, kWeights = 5, kSquareWeights = 15;
 
 // For kTogether rows whose heights z stand side by side, with `columns` at the middle of a window: the sums of w z,
 // w x z, w x² z and w z² over 2 reach + 1 columns. weights: w, w x and w x² at the middle and to the right of it. The
@@ -21,5 +21,9 @@ void incomplete_row_sums(const double* columns, const double* known, int count, 
 // as they are of second order (for each b all of x), and of w times the last. The rows' sums stand kSums by kSums
 // `wide` apart; weights: five for each row.
 void window_sums(const double* rows, int wide, int count, const double* weights, double* out);
+
+// For these nodes: the sums over the rows of y^b w times their sums of w x^a, a + b <= 4, for each b all a. The rows' sums
+// stand kWeights by kWeights `wide` apart.
+void window_weights(const double* rows, int wide, int count, const double* weights, double* out);
 
 }  // namespace debulk

@@ -32,6 +32,19 @@ struct FineGrid {
   double line(double y) const { return (y - grid.origin.y()) / grid.spacing * times + (times - 1) / 2; }
 };
 
+// Takes a row of points apart; what was not seen is NaN. Returns how many points were seen.
+DEBULK_WIDE int take_row(const float* __restrict points, int count, double* __restrict x, double* __restrict y, double* __restrict z) {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  int seen = 0;
+  for (int i = 0; i < count; ++i) {
+    const float a = points[3 * i], b = points[3 * i + 1], c = points[3 * i + 2], sum = a + b + c;
+    const bool is = sum - sum == 0;  // as CloudView::seen
+    x[i] = is ? a : none, y[i] = is ? b : none, z[i] = is ? c : none;
+    seen += is ? 1 : 0;
+  }
+  return seen;
+}
+
 // The corners of a tile's triangles: a pixel's point or, if it is missing, the middle between the two points beside it,
 // above and below it, or of both pairs, if the points of a pair are close. NaN where there is no corner.
 struct Corners {
@@ -40,33 +53,36 @@ struct Corners {
   std::array<double, count> x, y, z, u, v;  // mm, and column and row in the fine grid
 
   void read(const CloudView& cloud, int column, int row, double longest_squared) {
-    const auto seen = [&](int i, int j) {
-      return i >= 0 && j >= 0 && i < cloud.width && j < cloud.height && cloud.seen(static_cast<std::size_t>(j) * cloud.width + i);
+    const int wide = std::min(static_cast<int>(side), cloud.width - column), high = std::min(static_cast<int>(side), cloud.height - row);
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    if (wide < side || high < side) x.fill(none), y.fill(none), z.fill(none);
+    for (int j = 0; j < high; ++j) {
+      const auto at = static_cast<std::size_t>(j * side);
+      if (take_row(cloud.point(column, row + j), wide, &x[at], &y[at], &z[at]) == wide) continue;
+      for (int i = 0; i < wide; ++i)
+        if (z[at + static_cast<std::size_t>(i)] != z[at + static_cast<std::size_t>(i)]) bridge(cloud, column, row, i, j, longest_squared);
+    }
+  }
+
+ private:
+  void bridge(const CloudView& cloud, int column, int row, int i, int j, double longest_squared) {
+    const auto seen = [&](int a, int b) {
+      return a >= 0 && b >= 0 && a < cloud.width && b < cloud.height && cloud.seen(static_cast<std::size_t>(b) * cloud.width + a);
     };
-    const auto point = [&](int i, int j) -> Eigen::Vector3d { return Eigen::Map<const Eigen::Vector3f>(cloud.point(i, j)).cast<double>(); };
-    for (int j = 0; j < side; ++j)
-      for (int i = 0; i < side; ++i) {
-        const int at_column = column + i, at_row = row + j;
-        Eigen::Vector3d xyz = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-        if (at_column < cloud.width && at_row < cloud.height) {
-          if (seen(at_column, at_row)) {
-            xyz = point(at_column, at_row);
-          } else {
-            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-            int pairs = 0;
-            for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
-              if (!seen(at_column - di, at_row - dj) || !seen(at_column + di, at_row + dj)) continue;
-              const Eigen::Vector3d a = point(at_column - di, at_row - dj), b = point(at_column + di, at_row + dj);
-              if ((a - b).squaredNorm() > longest_squared) continue;
-              sum += (a + b) / 2;
-              ++pairs;
-            }
-            if (pairs) xyz = sum / pairs;
-          }
-        }
-        const auto at = static_cast<std::size_t>(j * side + i);
-        x[at] = xyz.x(), y[at] = xyz.y(), z[at] = xyz.z();
-      }
+    const auto point = [&](int a, int b) -> Eigen::Vector3d { return Eigen::Map<const Eigen::Vector3f>(cloud.point(a, b)).cast<double>(); };
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int pairs = 0;
+    for (const auto& [di, dj] : {std::pair{1, 0}, std::pair{0, 1}}) {
+      const int at_column = column + i, at_row = row + j;
+      if (!seen(at_column - di, at_row - dj) || !seen(at_column + di, at_row + dj)) continue;
+      const Eigen::Vector3d a = point(at_column - di, at_row - dj), b = point(at_column + di, at_row + dj);
+      if ((a - b).squaredNorm() > longest_squared) continue;
+      sum += (a + b) / 2;
+      ++pairs;
+    }
+    if (!pairs) return;
+    const auto at = static_cast<std::size_t>(j * side + i);
+    x[at] = sum.x() / pairs, y[at] = sum.y() / pairs, z[at] = sum.z() / pairs;
   }
 };
 
@@ -166,6 +182,14 @@ DEBULK_WIDE void cross(Triangles& t, int n, double last_column) {
   }
 }
 
+// Widens the range of each column by one of its points' coordinates; those that are NaN count for nothing.
+DEBULK_WIDE void widen(const float* __restrict coordinates, int count, float* __restrict low, float* __restrict high) {
+  for (int i = 0; i < count; ++i) {
+    const float y = coordinates[3 * i];
+    low[i] = y < low[i] ? y : low[i], high[i] = y > high[i] ? y : high[i];
+  }
+}
+
 // One band of fine lines [first, last), with the highest z so far.
 struct Band {
   int first, last, columns;
@@ -218,14 +242,14 @@ class OrganisedGridding {
     const int across = (cloud_.width - 2) / tile_side + 1, down = (cloud_.height - 2) / tile_side + 1;
     tiles_.resize(static_cast<std::size_t>(across) * down);
     parallel_for(down, 1, threads_, stop_, [&](long begin, long) {
+      const int row = static_cast<int>(begin) * tile_side, first = std::max(0, row - 1), end = std::min(cloud_.height, row + tile_side + 2);
+      std::vector<float> lows(static_cast<std::size_t>(cloud_.width), std::numeric_limits<float>::infinity());
+      std::vector<float> highs(lows.size(), -std::numeric_limits<float>::infinity());
+      for (int j = first; j < end; ++j) widen(cloud_.point(0, j) + 1, cloud_.width, lows.data(), highs.data());
       for (int t = 0; t < across; ++t) {
-        const int column = t * tile_side, row = static_cast<int>(begin) * tile_side;
-        float low = std::numeric_limits<float>::infinity(), high = -low;
-        for (int j = std::max(0, row - 1); j < std::min(cloud_.height, row + tile_side + 2); ++j)
-          for (int i = std::max(0, column - 1); i < std::min(cloud_.width, column + tile_side + 2); ++i) {
-            const float y = cloud_.point(i, j)[1];
-            low = y < low ? y : low, high = y > high ? y : high;
-          }
+        const int column = t * tile_side, from = std::max(0, column - 1), to = std::min(cloud_.width, column + tile_side + 2);
+        const float low = *std::min_element(&lows[static_cast<std::size_t>(from)], lows.data() + to);
+        const float high = *std::max_element(&highs[static_cast<std::size_t>(from)], highs.data() + to);
         tiles_[static_cast<std::size_t>(begin) * across + t] = {column, row, fine_.line(low), fine_.line(high)};
       }
     });
@@ -297,7 +321,7 @@ void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptio
   require(std::isfinite(grid.spacing) && grid.spacing > 0, "spacing_mm", "a positive length in mm", grid.spacing);
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());
   std::fill(grid.values.begin(), grid.values.end(), std::numeric_limits<float>::quiet_NaN());
-  const double pitch = median_pitch(cloud, threads, stop);
+  const double pitch = options.pitch > 0 ? options.pitch : median_pitch(cloud, threads, stop);
   if (!(pitch > 0) || grid.size() == 0) return;
   if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads, stop);
   int times = 1;

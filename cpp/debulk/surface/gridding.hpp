@@ -8,6 +8,7 @@ namespace debulk {
 
 struct GriddingOptions {
   double jump_ratio = 6.0;  // a triangle with an edge longer than this many pitches spans a depth jump and is left out
+  double pitch = 0.0;       // mm, the cloud's median pitch where it is known; 0: it is measured
 
   void check() const;
 };

@@ -28,7 +28,7 @@ RowMoments::RowMoments(const Grid<float>& heights, const FitNodes& nodes, const 
     : heights_(heights), nodes_(nodes), window_(window), wide_((nodes.nx + kTogether - 1) / kTogether * kTogether) {
   const std::size_t size = static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(wide_);
   complete_.resize(size);
-  weights_.reset(new std::array<double, 5>[size]);  // written where a row is not complete
+  weights_.reset(new double[kWeights * size]);
   sums_.reset(new double[kSums * size]);
   for (int d = 0; d <= window.reach; ++d)
     for (std::size_t a = 0; a < 3; ++a) powers_.push_back(window.at(d)[a]);
@@ -46,8 +46,11 @@ std::array<std::uint8_t, kTogether> RowMoments::all_complete(int i, int low, int
 }
 
 void RowMoments::add_up(int i, int low, int high, int middle, double* out) const {
-  window_sums(&sums_[kSums * static_cast<std::size_t>(wide_) * static_cast<std::size_t>(low) + static_cast<std::size_t>(i)], wide_,
-              high - low + 1, window_.at(low - middle).data(), out);
+  window_sums(&sums_[place(kSums, i, low)], wide_, high - low + 1, window_.at(low - middle).data(), out);
+}
+
+void RowMoments::add_up_weights(int i, int low, int high, int middle, double* out) const {
+  window_weights(&weights_[place(kWeights, i, low)], wide_, high - low + 1, window_.at(low - middle).data(), out);
 }
 
 // Up to kTogether rows, whose heights are put side by side.
@@ -83,9 +86,9 @@ void RowMoments::read_rows(int begin, int end) {
     for (int j = begin; j < end; ++j) {
       const auto k = static_cast<std::size_t>(j - begin);
       const double* found = complete_[at(i, j)] ? paired : single;
-      for (std::size_t a = 0; a < kSums; ++a) sum(i, j, a) = found[a * kTogether + k];
-      if (!complete_[at(i, j)])
-        for (std::size_t a = 0; a < 5; ++a) weights_[at(i, j)][a] = single[(kSums + a) * kTogether + k];
+      for (std::size_t a = 0; a < kSums; ++a) sums_[place(kSums, i, j, a)] = found[a * kTogether + k];
+      for (std::size_t a = 0; a < kWeights; ++a)
+        weights_[place(kWeights, i, j, a)] = complete_[at(i, j)] ? window_.all[a] : single[(kSums + a) * kTogether + k];
     }
   }
 }

@@ -39,15 +39,16 @@ class RowMoments {
   std::array<std::uint8_t, kTogether> all_complete(int i, int low, int high) const;
   // The sums of window_sums for these nodes, of the rows [low, high] in a window round the row `middle`.
   void add_up(int i, int low, int high, int middle, double* out) const;
-  // The sums of w x^a over a row in the window of a node.
-  const std::array<double, 5>& weights(int i, int row) const { return complete_[at(i, row)] ? window_.all : weights_[at(i, row)]; }
+  // The sums of window_weights for them.
+  void add_up_weights(int i, int low, int high, int middle, double* out) const;
 
  private:
   std::size_t at(int i, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(i);
   }
-  double& sum(int i, int row, std::size_t which) {
-    return sums_[(kSums * static_cast<std::size_t>(row) + which) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(i)];
+  // The place of a row's sums, of which there are so many.
+  std::size_t place(std::size_t sums, int i, int row, std::size_t which = 0) const {
+    return (sums * static_cast<std::size_t>(row) + which) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(i);
   }
   void read_rows(int begin, int end);
 
@@ -57,8 +58,7 @@ class RowMoments {
   int wide_;
   std::vector<double> powers_;
   std::vector<std::uint8_t> complete_;
-  std::unique_ptr<std::array<double, 5>[]> weights_;
-  std::unique_ptr<double[]> sums_;  // of each row kSums times those of all nodes
+  std::unique_ptr<double[]> sums_, weights_;  // of each row kSums and kWeights times those of all nodes
 };
 
 }  // namespace debulk

@@ -78,6 +78,7 @@ def grid_heights(
     spacing_mm: float,
     shape: tuple[int, int],
     jump_ratio: float,
+    pitch_mm: float,
     threads: int,
     stop: Stop,
 ) -> _Singles: ...

@@ -492,13 +492,12 @@ class Inspector:
             with self._running.holding(stop):
                 near = self.prepared.place.near(debulked_scan, "debulked_scan", stop)
                 scanned = of_another_scan(report, near, self.recipe.run.scan_hash, stop)
-                points = owned(near, "debulked_scan", stop)
-                hide(points, self.mask, "debulked_scan", stop)
+                points = hide(owned(near, "debulked_scan", stop), self.mask, "debulked_scan", stop)
                 pressed = consolidated(replace(self.setup, prepared=self.prepared))
                 placing = placing_of(report, pressed)
                 _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 image = self.prepared.image
-                clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)
+                points = clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
                     pressed.prepared.datum,

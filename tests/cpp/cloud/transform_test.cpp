@@ -55,7 +55,7 @@ TEST(Transform, MovesWhatIsKeptInPlace) {
   std::vector<std::uint8_t> keep(cloud.view().size(), 1);
   for (std::size_t i = 0; i < keep.size(); i += 7) keep[i] = 0;
   const std::size_t count = cloud.view().size();
-  move_kept(cloud.point(0, 0), keep.data(), count, pose(), 3);
+  move_kept(cloud.point(0, 0), cloud.point(0, 0), keep.data(), count, pose(), 3);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t a = 0; a < 3; ++a)
       if (keep[i] != 0 && !std::isnan(moved[3 * i])) {

@@ -145,7 +145,7 @@ def test_a_comparison_reads_the_callers_memory_once(monkeypatch):
 
     def clean_while_the_scanner_writes(*arguments):
         given[:] = 0
-        cleaning.clean(*arguments)
+        return cleaning.clean(*arguments)
 
     monkeypatch.setattr(inspector, "clean", clean_while_the_scanner_writes)
     assert of_ply.compare(report, given).table() == expected

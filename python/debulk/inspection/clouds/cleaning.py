@@ -49,8 +49,10 @@ def as_points(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
 
 
 def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
-    """Copy a cloud, because its owner may write into its memory while it is being processed."""
+    """Copy a cloud, because its owner may write into its memory while it is being processed, unless nobody can."""
     array = points if is_plain(points) else cloud.as_cloud(points, name)
+    if array.dtype == np.float32 and array.flags.c_contiguous and array.flags.owndata and not array.flags.writeable:
+        return array
     out = np.empty(array.shape, dtype=np.float32)
     filled = 0
     for piece in pieces(array, name, stop):
@@ -93,15 +95,18 @@ def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None
         raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
 
 
-def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> None:
-    """Check a cloud, and set to NaN in place what the mask hides."""
+def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
+    """Check a cloud, set to NaN what the mask hides, in place where it may be written into, and return it."""
     _check_bounds(points, name, stop)
     check_mask(mask, points, name)
-    if mask is not None:
-        filled = 0
-        for piece in pieces(points, name, stop):  # the pieces are views of the cloud
-            piece[mask[filled : filled + len(piece)]] = np.nan
-            filled += len(piece)
+    if mask is None:
+        return points
+    points = points if points.flags.writeable else points.copy()
+    filled = 0
+    for piece in pieces(points, name, stop):  # the pieces are views of the cloud
+        piece[mask[filled : filled + len(piece)]] = np.nan
+        filled += len(piece)
+    return points
 
 
 def clean(
@@ -110,13 +115,16 @@ def clean(
     camera: tuple[float, float, float] | None,
     recipe: Recipe,
     stop: _core.Stop,
-) -> None:
-    """Remove a cloud's outliers, and move it into the mold's frame, in place: its memory belongs to the caller alone.
+) -> Cloud:
+    """Remove a cloud's outliers, and move it into the mold's frame: in place, or into new memory if it is read-only.
 
-    If it comes from the camera (f, cx, cy), pixels, neighbours are found in its image, twenty times faster and with the
-    same decisions. None means that it does not come from a pinhole camera.
+    Its memory belongs to the caller alone, or nobody can write into it. If it comes from the camera (f, cx, cy), pixels,
+    neighbours are found in its image, twenty times faster and with the same decisions. None means that it does not come
+    from a pinhole camera.
     """
     threads = recipe.run.threads
     keep = _core.cloud.remove_outliers(points, options.outliers(recipe), threads, stop, camera)
     pose = np.eye(4) if mold_from_scanner is None else mold_from_scanner
-    _core.cloud.move_kept(points, keep, pose, threads, stop)
+    out = points if points.flags.writeable else np.empty_like(points)
+    _core.cloud.move_kept(points, out, keep, pose, threads, stop)
+    return out

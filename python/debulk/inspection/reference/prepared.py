@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud, surface
 from debulk._core import InputError
-from debulk.arrays import Floats
+from debulk.arrays import Cloud, Floats
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
@@ -111,13 +111,41 @@ def _gridded(
 ) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace | None]:
     """Return the cleaned cloud's heights on a grid, its camera's image, a sample, and the given cloud's fingerprint.
 
-    One copy of the cloud is made, and all work is done in that copy.
+    One copy of the cloud is made at most, and all work is done in that copy.
     """
-    threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
-    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes as long as the copy
-        points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+    threads, stop = recipe.run.threads, preparation.stop
+    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes longer than the copy
+        points, image, of_scanner = _cleaned(reference, mold_from_scanner, camera, mask, recipe, preparation)
     trace = fingerprinted()
-    hide(points, mask, "reference", stop)
+    try:
+        spacing, pitch = _spacing_mm(points, recipe, stop)
+    except InputError as error:
+        raise (error if mask is None else InputError(f"{error}; the mask hides {_hidden(mask)}")) from None
+    heights = preparation.step(
+        "reference: grid",
+        0.3,
+        lambda: surface.grid_heights(points, spacing_mm=spacing, pitch_mm=pitch, threads=threads, stop=stop),
+    )
+    if points.ndim == 3:
+        seen = of_scanner[complete(np.isfinite(of_scanner))].astype(np.float64)
+        if mold_from_scanner is not None:
+            seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
+        resolution.check_neighbours(seen[:, :2], heights)
+    return heights, image, of_scanner, trace
+
+
+def _cleaned(
+    reference: ArrayLike,
+    mold_from_scanner: Floats | None,
+    camera: Floats | None,
+    mask: NDArray[np.bool_] | None,
+    recipe: Recipe,
+    preparation: Preparation,
+) -> tuple[Cloud, PinholeImage | None, NDArray[np.float32]]:
+    """Return the cleaned cloud in the mold's frame, its camera's image, and a sample of what was given."""
+    stop, step = preparation.stop, preparation.step
+    points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+    points = hide(points, mask, "reference", stop)
     of_scanner = thinned(points).points
     refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")
     image = None
@@ -127,22 +155,8 @@ def _gridded(
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
     pinhole = None if image is None else image.camera
-    step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
-    try:
-        spacing = _spacing_mm(points, recipe, stop)
-    except InputError as error:
-        raise (error if mask is None else InputError(f"{error}; the mask hides {_hidden(mask)}")) from None
-    heights = step(
-        "reference: grid",
-        0.3,
-        lambda: surface.grid_heights(points, spacing_mm=spacing, threads=threads, stop=stop),
-    )
-    if points.ndim == 3:
-        seen = of_scanner[complete(np.isfinite(of_scanner))].astype(np.float64)
-        if mold_from_scanner is not None:
-            seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
-        resolution.check_neighbours(seen[:, :2], heights)
-    return heights, image, of_scanner, trace
+    moved = step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
+    return moved, image, of_scanner
 
 
 def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
@@ -175,8 +189,11 @@ def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: 
     heights.values[off] = np.nan
 
 
-def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -> float:
-    """Return the height map's spacing for a cloud in the mold's frame, once its frame, density and size are checked."""
+def _spacing_mm(points: Cloud, recipe: Recipe, stop: _core.Stop) -> tuple[float, float]:
+    """Return the height map's spacing for a cloud in the mold's frame, and the cloud's pitch, 0 if it is not known.
+
+    Before, the cloud's frame, density and size are checked.
+    """
     threads = recipe.run.threads
     sample, each = thinned(points)
     in_mold = sample[complete(np.isfinite(sample))].astype(np.float64)
@@ -184,7 +201,7 @@ def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -
         raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
     frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
     resolution.check_reference(in_mold[:, :2], each, recipe)
-    spacing = recipe.clean.grid_spacing_mm
+    spacing, pitch_mm = recipe.clean.grid_spacing_mm, 0.0
     if not spacing:  # a multiple of 1/1024 mm, so that grid positions are exact, in the whole map and in a part of it
         pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)
         spacing = max(round(1024 * pitch_mm) / 1024, _LEAST_SPACING_MM)
@@ -193,4 +210,4 @@ def _spacing_mm(points: NDArray[np.float32], recipe: Recipe, stop: _core.Stop) -
     if min(wide_mm, long_mm) < spacing:  # a single row of points, as from a line scanner
         raise _too_narrow(wide_mm, long_mm)
     check_map(np.array(low[:2]), np.array(high[:2]), spacing, recipe)
-    return spacing
+    return spacing, pitch_mm
