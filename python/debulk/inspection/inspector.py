@@ -121,8 +121,8 @@ class Inspector:
 
     Notes
     -----
-    All arrays are copied: what their owner does to them later changes neither the inspector nor its reports. Only
-    `inspect` borrows its scan while it runs.
+    All arrays are copied: what their owner does to them later changes neither the inspector nor its reports. A
+    reference that owns its memory and is read-only is not, and `inspect` borrows its scan while it runs.
 
     Examples
     --------

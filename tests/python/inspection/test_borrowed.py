@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from debulk import Grid, InputError, Inspector, Recipe, scenes
+from debulk import Grid, InputError, Inspector, Recipe, _core, scenes
 from debulk.inspection import inspector
 from debulk.inspection.clouds import cleaning
 
@@ -58,6 +58,23 @@ def test_a_map_of_angles_is_copied_too(layup):
     inspector = Inspector(Recipe(**FEW), layup.reference, None, grid, layup.mold_from_scanner)
     values[:] = np.nan
     assert np.isfinite(inspector.fibre_angles_deg.values).all()
+
+
+def test_a_reference_that_nobody_can_write_into_is_neither_copied_nor_changed(layup):
+    frozen, mask = layup.reference.copy(), np.zeros(layup.reference.shape[:2], dtype=bool)
+    frozen.setflags(write=False)
+    assert cleaning.owned(frozen, "reference", _core.Stop()) is frozen
+    assert cleaning.owned(frozen[1:], "reference", _core.Stop()).base is None  # the owner of a view's memory may write
+    mask[:40] = True
+    for hidden in (None, mask):
+        of_copy, of_frozen = (
+            Inspector(Recipe(**FEW), one, mold_from_scanner=layup.mold_from_scanner, mask=hidden).prepared
+            for one in (layup.reference, frozen)
+        )
+        assert of_copy.cloud == of_frozen.cloud
+        np.testing.assert_array_equal(of_copy.seen.values, of_frozen.seen.values)
+        np.testing.assert_array_equal(of_copy.reference.heights_mm, of_frozen.reference.heights_mm)
+    np.testing.assert_array_equal(frozen, layup.reference)
 
 
 class Scribbler:

@@ -118,9 +118,9 @@ def clean(
 ) -> Cloud:
     """Remove a cloud's outliers, and move it into the mold's frame: in place, or into new memory if it is read-only.
 
-    Its memory belongs to the caller alone, or nobody can write into it. If it comes from the camera (f, cx, cy), pixels,
-    neighbours are found in its image, twenty times faster and with the same decisions. None means that it does not come
-    from a pinhole camera.
+    Its memory belongs to the caller alone, or nobody can write into it. If it comes from the camera (f, cx, cy), in
+    pixels, neighbours are found in its image, twenty times faster and with the same decisions. None means that it does
+    not come from a pinhole camera.
     """
     threads = recipe.run.threads
     keep = _core.cloud.remove_outliers(points, options.outliers(recipe), threads, stop, camera)
