@@ -18,7 +18,7 @@ namespace {
 
 // Version and digits of the C++ sources that this is built from: the Python files refuse another build's (debulk/build.py).
 constexpr const char kSources[] =
-#include "core_sources.txt"
+#include "bindings/core_sources.txt"
     ;
 
 std::string joined(int major, int minor, int patch) {
