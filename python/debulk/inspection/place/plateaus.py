@@ -171,7 +171,7 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
         yield own, _height(rise, own, known, cell, np.zeros_like(rise), LIMITS.least_rim_share)
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
-    ground = cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells)
+    ground: Floats = np.asarray(cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells), dtype=np.float64)
     even = (own & (uneven < LIMITS.even_share * rise)).astype(np.uint8)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
     for label in range(1, count):
