@@ -456,6 +456,8 @@ class Inspector:
         runs = self.ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
         coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
         beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
+        if self.setup.outline is None:
+            runs = runs.ending_at_bare(lambda xy: found.overview.at(xy) - self.prepared.bare_mm(xy), self.recipe)
         return replace(found, runs=runs.of_coarser(beyond_mm), pitch_mm=pitch_mm)
 
     def _find(self, scan: ArrayLike, stop: _core.Stop | None) -> Found:

@@ -62,8 +62,9 @@ def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[Le
             LeftOut(
                 what="free edges and friction",
                 why="the ply's outline is not known",
-                bound="a pocket at the ply's edge is judged as if held there, and friction holds a bridge up to the "
-                "reference's edge: both come out higher, not lower",
+                bound="a pocket at the ply's edge is judged as if held there, but no fibre beside which bare mold "
+                "shows makes it CREASE; friction holds a bridge up to the reference's edge: both come out higher, not "
+                "lower",
             )
         )
     if found.parts and not bumps_searched:

@@ -237,6 +237,20 @@ def test_a_net_far_too_coarse_does_not_fold_back_and_its_pocket_has_the_same_exc
     assert (coarse.excess.length_mm, coarse.excess.range_mm) == (usual.excess.length_mm, usual.excess.range_mm)
 
 
+@pytest.mark.parametrize(("high_mm", "expected"), [(3.4, Verdict.UNDECIDED), (6.0, Verdict.CREASE)])
+def test_without_an_outline_a_ply_lifted_at_its_edge_is_no_crease_by_the_cliff_that_it_ends_in(high_mm, expected):
+    """The fibres that are held, along the edge, make ridges of 0.42 and 1.05 mm; across it the map falls off."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.arange(0, 200.0), np.arange(0, 160.0))
+    on = (x > 40) & (x < 160) & (y > 30) & (y < 130)
+    bell = high_mm * np.maximum(0, 1 - ((x - 41) ** 2 + (y - 80) ** 2) / 24**2) ** 2
+    reference, scan = (np.stack([x, y, z + rng.normal(0, 0.02, x.shape)], axis=-1) for z in (0 * x, on * (0.3 + bell)))
+    report = Inspector(None, reference).inspect(scan)
+    assert report.verdict is expected
+    assert ("give the ply's outline" in report.reason) == (expected is Verdict.UNDECIDED)
+    assert report.pockets[0].excess.range_mm[1] > 0.6
+
+
 def test_an_unknown_criterion_is_named():
     with pytest.raises(InputError, match="criterion"):
         Recipe(verdict={"criterion": "rms"})

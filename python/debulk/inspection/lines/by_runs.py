@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from debulk import _core, pocket, verdict
+from debulk.fibre import FibreRuns
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.lines.bridges import Bridge, bridge_over, net_spacing_mm
 from debulk.inspection.ply import excess
@@ -13,9 +14,11 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe, options
 from debulk.results.bridge_section import bridge_section_line
 from debulk.results.report import ExcessReport
+from debulk.ridge import excess_of_ridge
 from debulk.verdict import Judgement, Verdict
 
 _DENSER = "give a denser scan"
+_OUTLINE = "give the ply's outline"
 _SMOOTH_IN = "treat it as CREASE, or smooth the ply into the hollow and scan again"
 
 
@@ -59,7 +62,13 @@ def by_runs(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> ByRuns:
         certified=False, inside_ply=True, excess_range_mm=known.range_mm, criteria=criteria(recipe, "excess")
     )
     known = replace(known, verdict=alone.verdict)
-    return ByRuns(known, bridge, _denser(with_section(judged, bridge, recipe), known, recipe))
+    judged = with_section(judged, bridge, recipe)
+    if judged.verdict is Verdict.UNDECIDED and ply.outline is None and _ends_above(runs, recipe):
+        why = "beside it the scan shows the bare mold, and where the ply ends there its fibres are free"
+        judged = replace(judged, reason=f"{judged.reason}; {why}: {_OUTLINE}", remedy=_OUTLINE)
+    else:
+        judged = _denser(judged, known, recipe)
+    return ByRuns(known, bridge, judged)
 
 
 def with_section(judged: Judgement, bridge: Bridge, recipe: Recipe, *, compliant: bool = False) -> Judgement:
@@ -83,6 +92,12 @@ def with_section(judged: Judgement, bridge: Bridge, recipe: Recipe, *, compliant
 def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> verdict.Criteria:
     """Take the limits from the recipe, and the criterion, too, unless another is given."""
     return verdict.Criteria.from_core(options.criteria(recipe, criterion))
+
+
+def _ends_above(runs: FibreRuns, recipe: Recipe) -> bool:
+    """Return whether nothing is sure of a run above the limit, as `ScanRuns.ending_at_bare` leaves it."""
+    longer = runs.excess_mm > excess_of_ridge(recipe.verdict.max_ridge_mm, recipe.material.thickness_mm)
+    return bool((longer & (runs.low_mm <= runs.uncertainty_mm)).any())
 
 
 def _denser(judged: Judgement, known: ExcessReport, recipe: Recipe) -> Judgement:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from debulk import _core, fibre
@@ -26,6 +27,7 @@ Floats = NDArray[np.float64]
 # 0.8 mm: 0.44, 0.55, 0.67 and 0.86. That is exp(-25 (pitch / width)^2) within 0.04. It is to be a bound: of eight
 # scenes of the third family (bench/lab/third), on which it was not fitted, two needed 33, the others less.
 _LOST = 36.0
+_BARE_MM = 6  # of bare mold in a row along a fibre's direction: there is no ply
 _LEAST_WIDE = 4.0  # pitches: a narrower run is not resolved, and its width is that of noise
 
 
@@ -59,6 +61,24 @@ class ScanRuns:
             self.runs.high_mm > 0, self.runs.high_mm / left_by_means(beyond_mm, width_mm), self.runs.high_mm
         )
         return replace(self, runs=replace(self.runs, high_mm=high_mm))
+
+    def ending_at_bare(self, above_mm: Callable[[Floats], Floats], recipe: Recipe) -> ScanRuns:
+        """Return the same runs, none sure beyond its noise beside which the bare mold shows: the ply may end there.
+
+        `above_mm` gives the heights (M,) above the bare mold at (M, 2) places, NaN where nothing is known. What a
+        run may have at most stays, because a groove in the ply looks like bare mold, too.
+        """
+        runs = self.runs
+        along = runs.to_mm - runs.from_mm
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+        steps = np.arange(0.0, max(_BARE_MM, recipe.net.free_edge_mm), 1.0)[:, None]
+        ends = np.zeros(len(runs), dtype=bool)
+        for end, out in ((runs.from_mm, -along), (runs.to_mm, along)):
+            places = end[:, None] + steps * out[:, None]
+            bare = above_mm(places.reshape(-1, 2)).reshape(places.shape[:2]) < 0.5 * recipe.material.thickness_mm
+            ends |= np.asarray(sliding_window_view(bare, _BARE_MM, axis=1).all(axis=2)).any(axis=1)
+        low_mm = np.where(ends, np.minimum(runs.low_mm, runs.uncertainty_mm), runs.low_mm)
+        return replace(self, runs=replace(runs, low_mm=low_mm))
 
     def crossing(self, feet: Feet, index: int) -> NDArray[np.intp]:
         """Return the numbers of the runs that cross the foot of one pocket."""
