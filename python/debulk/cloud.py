@@ -3,7 +3,8 @@
 A cloud is an array of points in mm: (H, W, 3) as an organised scanner delivers it, one point per pixel, or (N, 3) in
 any order. A point with a coordinate that is not finite is missing, because nothing was seen there. The functions
 compute on float32, without a copy if the array is C-contiguous float32, and never change their input. They also take
-what `from_memory` takes.
+what `from_memory` takes. `threads` is the number of threads, 0 as many as the process may use, on which no result
+depends. Cancelling a `stop` from another thread ends a computation with a RuntimeError.
 """
 
 from __future__ import annotations
@@ -124,8 +125,6 @@ def transform(
         (H, W, 3) or (N, 3).
     matrix
         (4, 4) rigid motion, row by row; its 3 by 3 part must be a rotation to within 1e-4.
-    threads
-        Number of threads; 0 means as many as the process may use.
 
     Returns
     -------
@@ -187,10 +186,6 @@ def remove_outliers(
         along ((j - cx) / f, (i - cy) / f, 1). Default: fitted. It makes no difference to the result: the four
         neighbours are then found in the image, with a proof that no nearer point lies elsewhere. A cloud that does not
         come from such a camera is searched in space, as with another number of neighbours.
-    threads
-        Number of threads; 0 means as many as the process may use. The result does not depend on it.
-    stop
-        Cancelling it from another thread ends the search with a RuntimeError.
 
     Returns
     -------

@@ -1,7 +1,8 @@
 """Surfaces over the mold's XY plane: height maps of scans, and the smooth reference.
 
 Everything is in the mold frame, in mm, with z up. Outliers must have been removed from clouds (set to NaN) before they
-are passed here; see `debulk.cloud.remove_outliers`.
+are passed here; see `debulk.cloud.remove_outliers`. `threads` is the number of threads, 0 as many as the process may
+use, on which no result depends. Cancelling a `stop` from another thread ends a computation with a RuntimeError.
 """
 
 from __future__ import annotations
@@ -175,10 +176,6 @@ def height_map(
         Holes wider than this along x or y stay NaN, as do those at the grid's border. 0 fills no holes.
     jump_ratio
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
-    threads
-        Number of threads; 0 means as many as the process may use. The result does not depend on it.
-    stop
-        Cancelling it from another thread ends the computation with a RuntimeError.
 
     Returns
     -------
@@ -247,8 +244,6 @@ def grid_heights(
         A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     pitch_mm
         The cloud's median pitch, where it is known (`debulk.cloud.median_pitch`); 0: it is measured.
-    threads
-        Number of threads; 0 means as many as the process may use.
 
     Raises
     ------
@@ -300,8 +295,6 @@ def median(grid: GridT, size: int = 3, *, threads: int = 0) -> GridT:
         A `HeightMap` or `Grid` with (ny, nx) values.
     size
         3 or 5.
-    threads
-        Number of threads; 0 means as many as the process may use.
 
     Returns
     -------
@@ -328,8 +321,6 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
         A `HeightMap` or `Grid` with (ny, nx) values.
     tolerance_mm
         A cell farther than this from the median of itself and the eight cells two away is set to that median.
-    threads
-        Number of threads; 0 means as many as the process may use.
 
     Examples
     --------
@@ -375,10 +366,6 @@ def fit_reference(
         A height farther off than this many robust standard deviations is left out.
     doublings
         How often the window may be doubled where the wider fit agrees with the narrower ones within their noise.
-    threads
-        Number of threads; 0 means as many as the process may use.
-    stop
-        Cancelling it from another thread ends the fit with a RuntimeError.
 
     Returns
     -------
@@ -424,10 +411,6 @@ def misfits(
         (ny, nx) grid of z, as passed to `fit_reference`.
     reference
         Surface that it returned.
-    threads
-        Number of threads; 0 means as many as the process may use.
-    stop
-        Cancelling it from another thread ends the search with a RuntimeError.
 
     Returns
     -------

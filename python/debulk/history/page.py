@@ -63,27 +63,12 @@ def page(history: History, search: Search | None = None, baseline: int = 300) ->
 
 def _rates(outcomes: dict[tuple[Verdict, Verdict], int]) -> list[Rate]:
     """Return the shares that a cell asks for, of the pockets that both sides decided."""
-
-    def count(predicted: Verdict, measured: Verdict) -> int:
-        return outcomes.get((predicted, measured), 0)
-
     cease, crease = Verdict.CEASE, Verdict.CREASE
-    right, all_decided = (
-        count(cease, cease) + count(crease, crease),
-        sum(count(p, m) for p in (cease, crease) for m in (cease, crease)),
-    )
+    (kept, escaped), (needless, found) = ([outcomes.get((p, m), 0) for m in (cease, crease)] for p in (cease, crease))
     rates = [
-        ("right, of all pockets that both sides decided", right, all_decided),
-        (
-            "escapes: creased, of those predicted CEASE",
-            count(cease, crease),
-            count(cease, crease) + count(cease, cease),
-        ),
-        (
-            "needless: ceased, of those predicted CREASE",
-            count(crease, cease),
-            count(crease, cease) + count(crease, crease),
-        ),
+        ("right, of all pockets that both sides decided", kept + found, kept + escaped + needless + found),
+        ("escapes: creased, of those predicted CEASE", escaped, kept + escaped),
+        ("needless: ceased, of those predicted CREASE", needless, needless + found),
     ]
     return [Rate(name, agreement(hits, total)) for name, hits, total in rates if total]
 

@@ -1,4 +1,8 @@
-"""Pockets of a height map: segmentation, foot contours, and the patches for the nets (paper, "Segmentation")."""
+"""Pockets of a height map: segmentation, foot contours, and the patches for the nets (paper, "Segmentation").
+
+`threads` is the number of threads, 0 as many as the process may use, on which no result depends. Cancelling a `stop`
+from another thread ends a search with a RuntimeError.
+"""
 
 from __future__ import annotations
 

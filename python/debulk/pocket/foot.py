@@ -88,10 +88,6 @@ def feet(
         Window of the local quadratic smoothing that comes first; 0: no smoothing.
     noise_mm
         Sigma of the heights' noise; None: estimated by `height_noise`.
-    threads
-        Number of threads; 0: as many as the process may use. The result does not depend on it.
-    stop
-        Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------

@@ -131,10 +131,6 @@ def segment(
         Window of the local quadratic smoothing of the surface on which pockets are measured; for a pocket narrower than
         this, its area over its perimeter. The heights as given decide what is a pocket. 0: pockets are measured on
         these, too.
-    threads
-        Number of threads; 0: as many as the process may use. The result does not depend on it.
-    stop
-        Raised from another thread, it ends the search with a RuntimeError.
 
     Raises
     ------

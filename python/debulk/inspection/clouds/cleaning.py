@@ -54,10 +54,8 @@ def owned(points: ArrayLike, name: str, stop: _core.Stop) -> Cloud:
     if array.dtype == np.float32 and array.flags.c_contiguous and array.flags.owndata and not array.flags.writeable:
         return array
     out = np.empty(array.shape, dtype=np.float32)
-    filled = 0
-    for piece in pieces(array, name, stop):
-        out[filled : filled + len(piece)] = piece
-        filled += len(piece)
+    for rows in slices(array, stop):
+        out[rows] = cloud.as_cloud(array[rows], name)
     return out
 
 
@@ -75,11 +73,8 @@ def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _
         return whole
     check_mask(mask, whole, name)
     out = np.empty_like(whole)
-    filled = 0
-    for piece in pieces(whole, name, stop):
-        rows = slice(filled, filled + len(piece))
-        out[rows] = np.where(mask[rows, :, None], np.float32(np.nan), piece)
-        filled += len(piece)
+    for rows in slices(whole, stop):
+        out[rows] = np.where(mask[rows, :, None], np.float32(np.nan), whole[rows])
     return out
 
 
@@ -102,10 +97,8 @@ def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.S
     if mask is None:
         return points
     points = points if points.flags.writeable else points.copy()
-    filled = 0
-    for piece in pieces(points, name, stop):  # the pieces are views of the cloud
-        piece[mask[filled : filled + len(piece)]] = np.nan
-        filled += len(piece)
+    for rows in slices(points, stop):
+        points[rows][mask[rows]] = np.nan
     return points
 
 

@@ -34,6 +34,7 @@ _AGAIN, _COMPLETE = "scan again", "complete the reference"
 # Weights of the first against the second differences of the heights in the hole. A weight near zero gives a plate that
 # continues the slopes at the rim; a large one gives a stretched membrane.
 _PLATE, _MEMBRANE = 1e-4, 1e4
+_AS_SEEN = ("outline_mm", "foot_outline_mm", "area_mm2", "peak_mm", "volume_mm3", "measured_share")
 
 
 def judged(
@@ -147,12 +148,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
         reason=judgement.reason,
         remedy=judgement.remedy,
         half_seen=half,
-        outline_mm=seen.outline_mm,
-        foot_outline_mm=seen.foot_outline_mm,
-        area_mm2=seen.area_mm2,
-        peak_mm=seen.peak_mm,
-        volume_mm3=seen.volume_mm3,
-        measured_share=seen.measured_share,
+        **{name: getattr(seen, name) for name in _AS_SEEN},
         runtime_ms=sum(one.report.runtime_ms for done in evaluations.values() for one in done),
     )
     left_out = tuple(entry for done in evaluations.values() for one in done for entry in one.left_out)
