@@ -49,7 +49,7 @@ done
 # What the wheel consists of, for those who look for a library's faults (PEP 770).
 sboms=$(echo "$opened"/*.dist-info)/sboms
 mkdir -p "$sboms"
-PYTHONPATH=$opened "$python" -B -m debulk.bill >"$sboms/debulk.cdx.json"
+PYTHONPATH=$opened "$python" -B cmake/bill.py >"$sboms/debulk.cdx.json"
 
 "$python" -m wheel pack --dest-dir "$work" "$opened" >/dev/null
 wheel=$(echo "$work"/*.whl)

@@ -53,7 +53,7 @@ PYTHON_ROOMS = (
 )
 PYTHON_ABOVE = (
     "files", "rework", "results", "risk", "page", "report", "comparison", "history", "learning", "inspection", "stack",
-    "batch", "chain", "scenes", "view", "doctor", "bill", "serve", "cli", "pyinstaller",
+    "batch", "chain", "scenes", "view", "doctor", "serve", "cli", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

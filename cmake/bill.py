@@ -1,6 +1,6 @@
 """A software bill of materials: what an installation consists of, in the form of CycloneDX.
 
-``python -m debulk.bill`` prints it; a wheel carries its own under ``sboms``.
+It prints that of the debulk that Python imports; a wheel carries its own under ``sboms``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import debulk
 from debulk import __version__, _core
 from debulk._core import InputError
 from debulk.build import build_id
@@ -31,11 +32,6 @@ def bill() -> str:
     Its components are those of the third-party notes that are compiled in, linked or imported, without extras that are
     not installed, and every shared library that a wheel brings, with its hash. Versions of what was compiled in are
     those that the build saw, versions of Python packages those that are installed.
-
-    Raises
-    ------
-    InputError
-        If the third-party notes are not installed.
     """
     rows = licences()
     if not rows:
@@ -99,7 +95,7 @@ def _package(whole: str, name: str) -> tuple[str, str] | None:
 
 def _bundled() -> Iterator[Component]:
     """Yield the shared libraries that lie in the wheel."""
-    for path in sorted((Path(__file__).resolve().parent.parent / "debulk.libs").glob("*.so*")):
+    for path in sorted((Path(debulk.__file__).resolve().parent.parent / "debulk.libs").glob("*.so*")):
         digest = hashlib.sha256(path.read_bytes()).hexdigest()
         yield {"type": "file", "name": path.name, "hashes": [{"alg": "SHA-256", "content": digest}]}
 
