@@ -397,7 +397,7 @@ class Inspector:
                     done = audit(pockets, done, self.ply, cycle)
             reports = shared_runs.named([one.report for one in done], pockets, self.ply)
             judged = Judged(pockets, done, reports, late)
-            ridden = self._riding(points, sample, found, judged, cycle.stop)
+            ridden = [] if placed.finding else self._riding(points, sample, found, judged, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):

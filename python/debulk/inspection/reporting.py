@@ -31,7 +31,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     ply, found, judged = seen.ply, seen.found, seen.judged
     findings = findings_of(CHECKS, seen)
     layup = compose(findings)
-    entries = places.left_out(found, judged.pockets, ply.recipe)
+    entries = () if seen.placed.finding else places.left_out(found, judged.pockets, ply.recipe)
     entries += left_out.of_scan(found, ply.outline is not None, seen.standing.bumps is not None)
     entries += seen.standing.left_out + seen.filled.left_out()
     entries += tuple(entry for evaluation in judged.evaluations for entry in evaluation.left_out)
