@@ -237,6 +237,19 @@ def test_a_net_far_too_coarse_does_not_fold_back_and_its_pocket_has_the_same_exc
     assert (coarse.excess.length_mm, coarse.excess.range_mm) == (usual.excess.length_mm, usual.excess.range_mm)
 
 
+def test_clouds_with_their_columns_in_reverse_are_judged_alike(layup, needed):
+    """No pinhole camera has such an image; the points are the same."""
+    scan, reference = (np.ascontiguousarray(cloud[:, ::-1]) for cloud in (layup.scan, layup.reference))
+    inspector = Inspector(Recipe(**FEW), reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert inspector.prepared.image is None
+    report = inspector.inspect(scan)
+    assert [p.verdict for p in report.pockets] == [p.verdict for p in needed.pockets]
+    pairs = [(p.excess, q.excess) for p, q in zip(report.pockets, needed.pockets, strict=True) if p.excess]
+    assert len(pairs) >= 3
+    ridges, others = np.transpose([[one.height_mm for one in pair] for pair in pairs])
+    assert ridges == pytest.approx(others, abs=0.1)
+
+
 @pytest.mark.parametrize(("high_mm", "expected"), [(3.4, Verdict.UNDECIDED), (6.0, Verdict.CREASE)])
 def test_without_an_outline_a_ply_lifted_at_its_edge_is_no_crease_by_the_cliff_that_it_ends_in(high_mm, expected):
     """The fibres that are held, along the edge, make ridges of 0.42 and 1.05 mm; across it the map falls off."""
