@@ -133,11 +133,14 @@ ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWind
 std::vector<FootCrossing> foot_crossings(const std::vector<FibreLine>& lines, const std::vector<FibreRun>& runs,
                                          const Grid<std::int32_t>& labels) {
   std::vector<FootCrossing> out;
+  const Eigen::Vector2d half = Eigen::Vector2d::Constant(0.5);
+  const Box cells{labels.position(0, 0) - labels.spacing * half, labels.position(labels.nx - 1, labels.ny - 1) + labels.spacing * half};
   for (std::size_t n = 0; n < runs.size(); ++n) {
     const FibreLine& line = lines[static_cast<std::size_t>(runs[n].line)];
+    const auto [from, to] = line.points.empty() ? points_within(line, cells) : std::array<int, 2>{0, line.count};
     const std::size_t begin = out.size();
     std::int32_t before = 0;
-    for (int k = runs[n].first; k <= runs[n].last; ++k) {
+    for (int k = std::max(from, runs[n].first); k <= std::min(to - 1, runs[n].last); ++k) {
       const Eigen::Vector2d at = labels.locate(line.at(k)) + Eigen::Vector2d(0.5, 0.5);
       if (!(at.x() >= 0 && at.y() >= 0 && at.x() < labels.nx && at.y() < labels.ny)) continue;
       const std::int32_t label = labels.at(static_cast<int>(at.x()), static_cast<int>(at.y()));
