@@ -68,7 +68,9 @@ class ScanRuns:
         `above_mm` gives the heights (M,) above the bare mold at (M, 2) places, NaN where nothing is known. What a
         run may have at most stays, because a groove in the ply looks like bare mold, too.
         """
-        runs = self.runs
+        low_mm = self.runs.low_mm.copy()
+        sure = np.flatnonzero(low_mm > self.runs.uncertainty_mm)
+        runs = self.runs[sure]
         along = runs.to_mm - runs.from_mm
         along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
         steps = np.arange(0.0, max(_BARE_MM, recipe.net.free_edge_mm), 1.0)[:, None]
@@ -77,8 +79,8 @@ class ScanRuns:
             places = end[:, None] + steps * out[:, None]
             bare = above_mm(places.reshape(-1, 2)).reshape(places.shape[:2]) < 0.5 * recipe.material.thickness_mm
             ends |= np.asarray(sliding_window_view(bare, _BARE_MM, axis=1).all(axis=2)).any(axis=1)
-        low_mm = np.where(ends, np.minimum(runs.low_mm, runs.uncertainty_mm), runs.low_mm)
-        return replace(self, runs=replace(runs, low_mm=low_mm))
+        low_mm[sure[ends]] = runs.uncertainty_mm[ends]
+        return replace(self, runs=replace(self.runs, low_mm=low_mm))
 
     def crossing(self, feet: Feet, index: int) -> NDArray[np.intp]:
         """Return the numbers of the runs that cross the foot of one pocket."""
