@@ -53,19 +53,17 @@ DEBULK_INLINE Floats gather(const float* from, Ints index) {
   std::memcpy(&index, values, sizeof values);
   return reinterpret_cast<Floats>(index);
 }
-// Reads sixteen numbers of a shorter unsigned type.
-template <class T>
-DEBULK_INLINE void load_ints(const T* from, Ints& v) {
-  typedef T Short __attribute__((vector_size(lanes * sizeof(T))));
-  Short narrow;
-  std::memcpy(&narrow, from, sizeof narrow);
-  v = __builtin_convertvector(narrow, Ints);
+// GCC 12 converts between vectors of bytes and of integers lane by lane, hence the intrinsics, here and below; it warns of
+// the undefined operand of those without a mask.
+DEBULK_INLINE void load_ints(const std::uint8_t* from, Ints& v) {
+  v = reinterpret_cast<Ints>(_mm512_maskz_cvtepu8_epi32(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from))));
+}
+DEBULK_INLINE void load_ints(const std::uint16_t* from, Ints& v) {
+  v = reinterpret_cast<Ints>(_mm512_maskz_cvtepu16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from))));
 }
 // Writes the lowest eight bits of each number.
 DEBULK_INLINE void store_bytes(std::uint8_t* to, Ints v) {
-  typedef std::uint8_t Bytes __attribute__((vector_size(lanes)));
-  const Bytes narrow = __builtin_convertvector(v, Bytes);
-  std::memcpy(to, &narrow, sizeof narrow);
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm512_maskz_cvtepi32_epi8(0xffff, reinterpret_cast<__m512i>(v)));
 }
 #else
 typedef float RegisterFloats __attribute__((vector_size(register_bytes)));
@@ -134,7 +132,6 @@ DEBULK_INLINE void load_points(const float* xyz, RegisterFloats& x, RegisterFloa
   x = __builtin_shuffle(a, xy, of_x), y = __builtin_shuffle(yz, xy, of_y), z = __builtin_shuffle(yz, c, of_z);
 }
 
-// GCC 12 converts between vectors of bytes and of integers lane by lane, hence the intrinsics.
 #if DEBULK_ISA == 3
 DEBULK_INLINE void load_ints(const std::uint8_t* from, RegisterInts& v) {
   v = reinterpret_cast<RegisterInts>(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from))));
@@ -245,9 +242,8 @@ DEBULK_INLINE unsigned bits(Ints mask) {
   const auto low = static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.low)));
   return low | static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask.high))) << 8;
 #elif defined(__x86_64__)
-  const auto of = [](RegisterInts quarter) DEBULK_LAMBDA {
-    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(quarter)));
-  };
+  const auto of = [](RegisterInts quarter)
+                      DEBULK_LAMBDA { return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(quarter))); };
   return of(mask.low.low) | of(mask.low.high) << 4 | of(mask.high.low) << 8 | of(mask.high.high) << 12;
 #else
   unsigned out = 0;

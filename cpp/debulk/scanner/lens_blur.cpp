@@ -49,12 +49,12 @@ struct Sample {
   float bend, texture, beside;  // bend of the phase; the bend that the texture predicts; that of the rows beside
 };
 
-// grad(phase) . grad(ln(light)) along the row; NaN where it is not known.
+// grad(phase) . grad(ln(light)) along the row, of which `along` in the kernel is the same; NaN where it is not known.
 std::vector<float> across_row(const float* phase, const std::vector<float>& light, float edge) {
   std::vector<float> out(light.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 1; i + 1 < light.size(); ++i) {
     const float step = phase[i + 1] - phase[i - 1], ratio = (light[i + 1] - light[i - 1]) / (light[i + 1] + light[i - 1]);
-    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) out[i] = 0.5f * step * std::atanh(ratio);
+    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) out[i] = 0.5f * step * ratio * (1 + ratio * ratio / 3);
   }
   return out;
 }
@@ -70,7 +70,7 @@ void sample_row(const float* phase, const FringeLight& light, int row, float edg
   std::vector<float> texture = across[reach];
   for (std::size_t i = 0; i < width; ++i) {
     const float ratio = (rows[3][i] - rows[1][i]) / (rows[3][i] + rows[1][i]), step = below[i] - above[i];
-    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) texture[i] += 0.5f * step * std::atanh(ratio);
+    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) texture[i] += 0.5f * step * ratio * (1 + ratio * ratio / 3);
   }
   const auto bend = [](const auto& a, std::size_t i) { return a[i] - 0.5f * (a[i - reach] + a[i + reach]); };
   for (std::size_t i = reach; i + reach < width; ++i) {

@@ -26,16 +26,23 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     i -= next_x, j -= next_y;
     u = choose(next_x | (u < nearly_whole), all(0.0f), u);
     v = choose(next_y | (v < nearly_whole), all(0.0f), v);
-    const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}), below = choose(v > 0.0f, Ints{} + view.width, Ints{});
-    // Most groups of sixteen lie in two rows and close together, where they are picked from registers.
-    const Ints k = i - i[0];
-    const long corner = at[0];
-    const bool close = corner + view.width + 2 * lanes <= pixels && every((j == Ints{} + j[0]) & (k >= 0) & (k < 2 * lanes - 1));
+    const Ints at = j * view.width + i, beside = choose(u > 0.0f, Ints{} + 1, Ints{}),
+               below = choose(v > 0.0f, Ints{} + view.width, Ints{});
+    // Most groups of sixteen lie close together and have their upper pixels in one or two rows, where they are picked from
+    // registers.
+    const int top = std::min(j[0], j[lanes - 1]);
+    const Ints k = i - i[0], second = j > top;
+    const long corner = static_cast<long>(top) * view.width + i[0];
+    const bool close =
+        corner + 2L * view.width + 2 * lanes <= pixels && every((j >= top) & (j <= top + 1) & (k >= 0) & (k < 2 * lanes - 1));
+    const auto near_by = [&](const float* map, Ints column_off) DEBULK_LAMBDA {
+      const float* from = map + corner;
+      return choose(second, pick<2>(from + view.width, column_off), pick<2>(from, column_off));
+    };
     Floats a = {}, b = {}, c = {}, d = {};
     if (close) {
-      const float *here = view.phase + corner, *next = here + view.width;
-      a = pick<2>(here, k), b = pick<2>(here, k + beside);
-      c = choose(v > 0.0f, pick<2>(next, k), a), d = choose(v > 0.0f, pick<2>(next, k + beside), b);
+      a = near_by(view.phase, k), b = near_by(view.phase, k + beside);
+      c = choose(v > 0.0f, near_by(view.phase + view.width, k), a), d = choose(v > 0.0f, near_by(view.phase + view.width, k + beside), b);
     } else {
       a = gather(view.phase, at), b = gather(view.phase, at + beside);
       c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
@@ -46,7 +53,7 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const Ints whole = (step <= view.edge) & (value == value);  // the step can hide a pixel without a phase
     store(phase, choose(within & whole, value, all(nan)));
     if (view.noise) {
-      const Floats sigma = close ? pick<2>(view.noise + corner, k) : gather(view.noise, at);
+      const Floats sigma = close ? near_by(view.noise, k) : gather(view.noise, at);
       store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
     } else {
       store(out.noise.data() + column, all(0.0f));

@@ -20,30 +20,36 @@ struct Work {
   RectifiedRow left, right;
   RowMatcher matcher;
   std::vector<float> disparity, sigma;
+  std::vector<double> depth, across;  // mm; of each column, the part of its ray across the view, for a depth of 1
 };
 
 // Computes the points of a row from its disparities. Those outside the allowed depths become NaN.
 DEBULK_WIDE void triangulate(const StereoGeometry& g, int row, int width, Work& work, const StereoMaps& maps, MatchCounts& counts) {
   const double v = (row - g.cy) / g.focal, shift = g.right_cx - g.left_cx, depth_px = g.focal * g.baseline;
   float *disparity = work.disparity.data(), *sigma = work.sigma.data();
+  double *depth = work.depth.data(), *across = work.across.data();
   const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
-  float *points = maps.points ? maps.points + 3 * first : nullptr, *uncertainty = maps.uncertainty ? maps.uncertainty + first : nullptr;
   int behind = 0;
   for (int i = 0; i < width; ++i) {
     const double d = disparity[i] + shift, z = depth_px / d;
     const bool fine = d > 0 && z >= g.nearest && z <= g.furthest;
     behind += d == d && !fine;
-    disparity[i] = fine ? disparity[i] : nan, sigma[i] = fine ? sigma[i] : nan;
+    disparity[i] = fine ? disparity[i] : nan, sigma[i] = fine ? sigma[i] : nan, depth[i] = fine ? z : nan;
   }
   counts.behind += behind, counts.matched -= behind;
-  for (int i = 0; points && i < width; ++i) {
-    const double z = depth_px / (disparity[i] + shift), u = (i - g.left_cx) / g.focal;
-    points[3 * i] = static_cast<float>(z * u), points[3 * i + 1] = static_cast<float>(z * v), points[3 * i + 2] = static_cast<float>(z);
+  if (maps.points) {
+    float* point = maps.points + 3 * first;
+    for (int i = 0; i < width; ++i, point += 3) {
+      const double z = depth[i];
+      point[0] = static_cast<float>(z * across[i]), point[1] = static_cast<float>(z * v), point[2] = static_cast<float>(z);
+    }
   }
   // dz / dd = -z² / (f b), and the distance along the ray is sqrt(1 + u² + v²) times the depth.
-  for (int i = 0; uncertainty && i < width; ++i) {
-    const double z = depth_px / (disparity[i] + shift), u = (i - g.left_cx) / g.focal;
-    uncertainty[i] = static_cast<float>(sigma[i] * z * z / depth_px * std::sqrt(1 + u * u + v * v));
+  if (maps.uncertainty) {
+    const double per_px = 1 / depth_px, off = 1 + v * v;
+    for (int i = 0; i < width; ++i)
+      maps.uncertainty[first + static_cast<std::size_t>(i)] =
+          static_cast<float>(sigma[i] * depth[i] * depth[i] * per_px) * std::sqrt(static_cast<float>(off + across[i] * across[i]));
   }
 }
 
@@ -64,6 +70,10 @@ MatchCounts match_rows(PhaseView left, PhaseView right, const StereoGeometry* ge
   parallel_for(rows, strip, options.threads, stop, [&](long begin, long end) {
     const auto work = pool.borrow();
     work->disparity.resize(width + row_room), work->sigma.resize(width + row_room);
+    if (geometry && work->across.empty()) {
+      work->depth.resize(width);
+      for (std::size_t i = 0; i < width; ++i) work->across.push_back((static_cast<double>(i) - geometry->left_cx) / geometry->focal);
+    }
     for (int row = static_cast<int>(begin); row < end; ++row) {
       rectify_row(left, row, work->left, options.isa), rectify_row(right, row, work->right, options.isa);
       MatchCounts counts = work->matcher.match(work->left, left.rectified_width, left_step, left.edge, work->right, right.rectified_width,

@@ -109,19 +109,17 @@ def _patch(
     shift = rectified.right_cx - rectified.left_centre[0]
     there = np.arange(columns.start, columns.stop, step) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
     left_x, left_y, right_x, right_y = rectified.maps
-    reference = _samples(left, left_x[rows, columns], left_y[rows, columns], 1)[0]
-    if reference is None:
-        return None
-    reference = _flat(reference)
-    if reference.std() < 0.02:
+    reference = _textures(left, left_x[rows, columns], left_y[rows, columns], 1)[0]
+    if not reference.std() >= 0.02:
         return None
     # All shifts in one go: the same columns, in rows up and down.
     wide = np.arange(-_REACH, _REACH + 1)
     lines = wide[:, None] * step + np.arange(rows.start, rows.stop, step)
     at_x = np.tile(there.astype(np.float32), (len(wide), 1))
     at_y = np.repeat(lines.reshape(-1, 1).astype(np.float32), there.shape[1], axis=1)
-    textures = _samples(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y), len(wide))
-    scores = np.array([-1.0 if one is None else _correlation(reference, _flat(one)) for one in textures])
+    textures = _textures(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y), len(wide))
+    scores = textures @ reference / np.sqrt((textures**2).sum(axis=1) * (reference @ reference) + 1e-300)
+    scores[np.isnan(scores)] = -1.0
     best = int(np.argmax(scores))
     if best in (0, wide.size - 1) or scores[best - 1] < -0.9 or scores[best + 1] < -0.9:
         return 0.0, 0.0
@@ -150,25 +148,25 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
     return np.asarray(out, np.float32)
 
 
-def _samples(phase: Phase, x: F32, y: F32, parts: int) -> list[F64 | None]:
-    """Logarithm of the modulation at these places, independent of the exposure, in so many parts, one below the other.
+def _textures(phase: Phase, x: F32, y: F32, parts: int) -> F64:
+    """Logarithm of the modulation at these places, (parts, places) for so many parts, one below the other.
 
-    A part is None where the modulation is not known everywhere.
+    It does not depend on the exposure, and the slope of the light itself is removed, so that only texture is left. A
+    part is NaN where the modulation is not known everywhere.
     """
     height, width = phase.modulation.shape
     inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)  # False for NaN
     whole = inside.reshape(parts, -1).all(axis=1)
-    if not whole.any():
-        return [None] * parts
-    x, y = (one.reshape(parts, -1)[whole] for one in (x, y))
-    i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
-    part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
-    bright = np.asarray(phase.brightness, np.float32)
-    # The modulation is NaN where every exposure is saturated.
-    light = phase.modulation[part] / bright[np.minimum(phase.exposure[part], len(bright) - 1)]
-    values = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6)).astype(np.float64)
-    known = iter(values)
-    return [one if fine and np.isfinite(one := next(known)).all() else None for fine in whole]
+    out = np.full((parts, x.size // parts), np.nan)
+    if whole.any():
+        x, y = (one.reshape(parts, -1)[whole] for one in (x, y))
+        i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
+        part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
+        bright = np.asarray(phase.brightness, np.float32)
+        # The modulation is NaN where every exposure is saturated.
+        light = phase.modulation[part] / bright[np.minimum(phase.exposure[part], len(bright) - 1)]
+        out[whole] = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6))
+    return np.asarray(out - out @ _slopes() @ _slopes().T)
 
 
 @cache
@@ -176,13 +174,3 @@ def _slopes() -> F64:
     """Orthonormal columns that span a patch's mean and slopes."""
     rows, columns = np.indices((2 * _HALF + 1, 2 * _HALF + 1))
     return np.asarray(np.linalg.qr(np.stack([np.ones(rows.size), rows.ravel(), columns.ravel()], axis=1))[0])
-
-
-def _flat(values: F64) -> F64:
-    """Remove the slope of the light itself, so that only texture is left."""
-    flat = values.ravel()
-    return np.asarray(flat - _slopes() @ (_slopes().T @ flat))
-
-
-def _correlation(a: F64, b: F64) -> float:
-    return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum() + 1e-300))

@@ -15,7 +15,7 @@ from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, noise_of
 from debulk.scanner.faults import refuse_faults
-from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps, whole
+from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running
 from debulk.workers import Workers
@@ -226,19 +226,23 @@ class Scanner:
                     f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
                 )
 
-        def judged(stack: Stack, start: float | None) -> tuple[tuple[float, float], float]:
-            noise = noise_of(stack, self.steps, self.sensor_noise, self.threads, stop)
-            return noise, refuse_faults(stack, self.periods, self.steps, noise, start)
+        # Each camera has half of the threads: what a thread does alone in one keeps the other's busy.
+        half = ((self.threads or _core.default_threads()) + 1) // 2
+        noises = [pool.submit(noise_of, stack, self.steps, self.sensor_noise, half, stop) for stack in stacks]
+        start = pool.submit(refuse_faults, stacks[0], self.periods, self.steps, noises[0].result(), self.start).result()
 
-        phases = []
-        noise, start = pool.submit(judged, stacks[0], self.start).result()
-        right = pool.submit(judged, stacks[1], start)  # beside the decoding of the left images: it leaves cores idle
-        for k, (stack, maps) in enumerate(zip(stacks, self._maps, strict=True)):
-            report(f"decoding {'left' if k == 0 else 'right'}", 0.1 + 0.3 * k)
+        def decoded(k: int) -> Phase:
+            stack, noise = stacks[k], noises[k].result()
             if k == 1:
-                noise, _ = right.result()
-            given = maps, stack, self.periods, self.steps, noise, start, self.blur_px, self.threads, stop
-            phases.append(pool.submit(decode_into, *given, planes=planes[k]).result())
+                refuse_faults(stack, self.periods, self.steps, noise, start)
+            given = self._maps[k], stack, self.periods, self.steps, noise, start, self.blur_px, half, stop
+            return decode_into(*given, planes=planes[k])
+
+        both = [pool.submit(decoded, k) for k in (0, 1)]
+        phases = []
+        for k, name in enumerate(("left", "right")):
+            report(f"decoding {name}", 0.1 + 0.3 * k)
+            phases.append(both[k].result())
         self.left, self.right = phases
         report("triangulating", 0.7)
         points, uncertainty = out or empty_cloud(self.calibration)
