@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, surface
 from debulk._core import InputError
-from debulk.arguments import typed
+from debulk.arguments import of_type, typed
 from debulk.comparison import Comparison
 from debulk.forking import Guard
+from debulk.grid import Grid
 from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
 from debulk.inspection.checks import shared_runs
@@ -37,7 +38,7 @@ from debulk.inspection.place.placing import Placed, Placing
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.angle_field import nominal_on
 from debulk.inspection.ply.fibre_angles import Angles, checked_angles, laid
-from debulk.inspection.ply.humps import humps_of, named
+from debulk.inspection.ply.humps import Hump, humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan import riders
@@ -66,6 +67,15 @@ log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
 _FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
 _COARSER = 1.3  # spacings of the height map: points farther apart than this do not give it all that it could show
+
+
+@dataclass(frozen=True, eq=False)
+class _Lying:
+    """A ply as its fibre angles say that it lies, and what else depends on them."""
+
+    ply: PlyOnMold
+    humps: tuple[Hump, ...]
+    tracing: Tracing
 
 
 class Inspector:
@@ -204,8 +214,7 @@ class Inspector:
             self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
             preparation.step("fibres", 0.93, self.ply.prepare)
             self._finder = preparation.step("regions", 0.94, lambda: finder_for(self.setup))
-            self._humps = preparation.step("humps", 0.98, found)
-        self._tracing = Tracing(self._given)
+            self._lying = _Lying(self.ply, preparation.step("humps", 0.98, found), Tracing(self._given))
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
@@ -282,6 +291,8 @@ class Inspector:
         deadline_s: float | None = None,
         progress: Progress | None = None,
         context: Mapping[str, Any] | None = None,
+        *,
+        fibre_angles_deg: Grid | None = None,
     ) -> Report:
         """Inspect one scan.
 
@@ -300,6 +311,10 @@ class Inspector:
             Called with the name of the stage and the share of the work that is done, from the calling thread.
         context
             Data to keep with the report, such as ``{"part": "A-17", "ply": 3}``: text, numbers, lists, dictionaries.
+        fibre_angles_deg
+            What a sensor measured on this ply: a `debulk.Grid` with values (ny, nx, 2), degrees, NaN where nothing is
+            known. The lines run along it. The inspector's nominal angles, or else its own, are then how the ply was
+            meant to lie: they fill its gaps, and a ply that lies turned is INVALID. None: the inspector's own.
 
         Returns
         -------
@@ -311,12 +326,13 @@ class Inspector:
         Raises
         ------
         InputError
-            Names what was wrong with the scan.
+            Names what was wrong with the scan or the angles.
         Cancelled
             If `cancel` was called meanwhile.
         """
         kept, began = checked_context(context), now_utc()
         cycle = Cycle(deadline_s, progress)
+        lying = self._lying if fibre_angles_deg is None else self._measured(fibre_angles_deg)
         with (
             self._running.holding(cycle.stop),
             fingerprint.in_parallel(
@@ -324,17 +340,27 @@ class Inspector:
             ) as scanned,
         ):
             try:
-                report = self._inspect(near, cycle)
+                report = self._inspect(near, lying, cycle)
             except _core.Stopped:
                 if cycle.stop.cancelled:
                     raise Cancelled("the inspection was cancelled") from None
-                report = reporting.too_late(self.ply, cycle.current, cycle.timings_ms())
+                report = reporting.too_late(lying.ply, cycle.current, cycle.timings_ms())
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
             later = report.later
-            report = replace(report, trace=self._tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+            report = replace(report, trace=lying.tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
         report = report.settled_by(later)
         return report if self.history is None else self.history.keep(report)
+
+    def _measured(self, angles: Grid) -> _Lying:
+        """Return the ply as angles say that were measured on it."""
+        if not isinstance(angles, Grid) or not isinstance(measured := checked_angles(angles), Grid):
+            raise InputError(f"fibre_angles_deg: expected a Grid of what was measured, but got {of_type(angles)}")
+        meant = self.fibre_angles_deg if self.nominal_angles_deg is None else self.nominal_angles_deg
+        nominal = nominal_on(meant, measured)
+        ply = PlyOnMold.of(self.reference, self.ply_outline, measured, nominal, self.recipe)
+        given = replace(self._given, fibre_angles_deg=measured, nominal_angles_deg=nominal)
+        return _Lying(ply, humps_of(self.prepared.seen, ply), Tracing(given))
 
     def _near(self, scan: Any, stop: _core.Stop) -> Any:
         """Return the scan as an array near the origin; as it came if the stop is raised, which the next step heeds."""
@@ -343,7 +369,7 @@ class Inspector:
         except _core.Stopped:
             return scan
 
-    def _inspect(self, scan: ArrayLike, cycle: Cycle) -> Report:
+    def _inspect(self, scan: ArrayLike, lying: _Lying, cycle: Cycle) -> Report:
         """Run the steps of an inspection, one after the other."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
             given = as_points(scan, "scan", cycle.stop)
@@ -352,11 +378,11 @@ class Inspector:
             if placed is None and self._below is not None and (wrong := self._below.finding(sample)):
                 placed = Placed(None, wrong)
         if placed is not None:
-            return reporting.out_of_place(placed, sample.overview(), self.ply, cycle.timings_ms())
+            return reporting.out_of_place(placed, sample.overview(), lying.ply, cycle.timings_ms())
         with in_parallel(
             cycle.stop, lambda: self._search_raw(given, points, sample, cycle.stop), self.recipe.run.threads
         ) as searched:
-            return self._judge(points, sample, searched, cycle)
+            return self._judge(points, sample, searched, lying, cycle)
 
     def _search_raw(
         self, given: NDArray[np.float32], points: NDArray[np.float32], sample: Sample, stop: _core.Stop
@@ -374,14 +400,16 @@ class Inspector:
         points: NDArray[np.float32],
         sample: Sample,
         searched: Callable[[], tuple[Filled, Standing, Recognised | None]],
+        lying: _Lying,
         cycle: Cycle,
     ) -> Report:
         """Run the steps that follow the check of the level."""
+        ply = lying.ply
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
-            found = watched(cycle.stop, lambda: self._with_runs(found, cycle.stop, sample.pitch_mm))
+            found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.pitch_mm))
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
             plateaus = self._placing.plateaus(found, cycle.stop)
@@ -390,42 +418,37 @@ class Inspector:
             if placed.finding:
                 done = not_judged(pockets, "the scan is not in its place")
             else:
-                others, late = self._places(found, pockets, cycle.stop)
+                others, late = _places(found, pockets, ply, cycle.stop)
                 pockets += others
-                done = evaluate_all(pockets, self.ply, cycle, _FOUND)
+                done = evaluate_all(pockets, ply, cycle, _FOUND)
                 if self.recipe.run.audit:
-                    done = audit(pockets, done, self.ply, cycle)
-            reports = shared_runs.named([one.report for one in done], pockets, self.ply)
+                    done = audit(pockets, done, ply, cycle)
+            reports = shared_runs.named([one.report for one in done], pockets, ply)
             judged = Judged(pockets, done, reports, late)
-            ridden = [] if placed.finding else self._riding(points, sample, found, judged, cycle.stop)
+            ridden = [] if placed.finding else self._riding(points, sample, found, judged, ply, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
-            more = (recognised, named(self._humps, largest, self.recipe), self._approved)
-            seen = Seen(self.ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
+            more = (recognised, named(lying.humps, largest, self.recipe), self._approved)
+            seen = Seen(ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)
 
-    def _places(
-        self, found: Found, pockets: tuple[FoundPocket, ...], stop: _core.Stop
-    ) -> tuple[tuple[FoundPocket, ...], bool]:
-        """Return the places that are judged besides the pockets, and whether a deadline cut off the search for them."""
-        more: list[FoundPocket] = []
-        try:
-            watched(stop, lambda: more.extend(places.judged(found, pockets, self.ply, stop)))
-        except _core.Stopped:
-            return tuple(more), True
-        return tuple(more), False
-
     def _riding(
-        self, points: NDArray[np.float32], sample: Sample, found: Found, judged: Judged, stop: _core.Stop
+        self,
+        points: NDArray[np.float32],
+        sample: Sample,
+        found: Found,
+        judged: Judged,
+        ply: PlyOnMold,
+        stop: _core.Stop,
     ) -> list[Finding]:
         """Look for narrow bumps on top of pockets and of other places, if all pockets are CEASE so far."""
         if any(one.report.verdict is not Verdict.CEASE for one in judged.evaluations):
             return []
         raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
-        return riders.findings(raw, found, judged.pockets, self.ply, stop)
+        return riders.findings(raw, found, judged.pockets, ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.
@@ -448,12 +471,12 @@ class Inspector:
             Names what was wrong with the scan.
         """
         found = self._find(self.prepared.place.near(scan, "scan", stop), stop)
-        return self._with_runs(found, stop or _core.Stop())
+        return self._with_runs(found, self.ply, stop or _core.Stop())
 
-    def _with_runs(self, found: Found, stop: _core.Stop, pitch_mm: float = 0.0) -> Found:
+    def _with_runs(self, found: Found, ply: PlyOnMold, stop: _core.Stop, pitch_mm: float = 0.0) -> Found:
         """Return what was found, with the runs of the fibre lines over it, in a scan with points so far apart."""
         threads = self.recipe.run.threads
-        runs = self.ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
+        runs = ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
         coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
         beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
         if self.setup.outline is None:
@@ -511,9 +534,23 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        comparison = compared(report.settle(), heights, self.recipe, self._tracing.trace(began, scanned, {}, None))
+        comparison = compared(
+            report.settle(), heights, self.recipe, self._lying.tracing.trace(began, scanned, {}, None)
+        )
         return comparison if self.history is None else self.history.keep_comparison(comparison, report)
 
     def cancel(self) -> None:
         """Cancel all running calls, from any thread: they raise `Cancelled` within one iteration of the solver."""
         self._running.cancel()
+
+
+def _places(
+    found: Found, pockets: tuple[FoundPocket, ...], ply: PlyOnMold, stop: _core.Stop
+) -> tuple[tuple[FoundPocket, ...], bool]:
+    """Return the places that are judged besides the pockets, and whether a deadline cut off the search for them."""
+    more: list[FoundPocket] = []
+    try:
+        watched(stop, lambda: more.extend(places.judged(found, pockets, ply, stop)))
+    except _core.Stopped:
+        return tuple(more), True
+    return tuple(more), False

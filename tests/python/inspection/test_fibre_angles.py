@@ -155,6 +155,23 @@ def test_a_ply_laid_five_degrees_off_is_invalid_where_a_sensor_saw_it(layup):
         assert np.nanmax(report.shear_map.values) > 0
 
 
+def test_angles_that_come_with_the_scan_are_held_against_the_inspectors_own(layup, plain, report):
+    """An inspector that is made with them says the same (`repeat` makes one), and the next scan has its own again."""
+    turned = Grid(constant().values + 5.0, constant().origin_mm, 50.0)
+    turned.values[:20] = np.nan  # where the sensor saw nothing
+    found = plain.inspect(layup.scan, fibre_angles_deg=turned)
+    finding = names(found)["fibre_angles"]
+    assert found.verdict is Verdict.INVALID and finding.measured == pytest.approx(5.0, abs=0.01)
+    assert repeat(found, layup.scan, layup.reference).same
+    right = plain.inspect(layup.scan, fibre_angles_deg=constant())
+    assert "fibre_angles" not in names(right) and right.trace.fibre_angles_map.values.shape == turned.values.shape
+    again = plain.inspect(layup.scan)
+    assert again.findings == report.findings and again.trace.fibre_angles_map is None
+    for wrong in ((0.0, 90.0), net.Draping((0.0, 0.0), (0.0, 90.0))):
+        with pytest.raises(InputError, match="fibre_angles_deg: expected a Grid of what was measured"):
+            plain.inspect(layup.scan, fibre_angles_deg=wrong)
+
+
 def test_a_drape_is_read_closely_where_fibres_shear():
     x, y = np.meshgrid(np.arange(-200.0, 201.0, 10.0), np.arange(-200.0, 201.0, 10.0))
     dome = surface.Reference(np.sqrt(400.0**2 - x**2 - y**2), (-200.0, -200.0), 10.0)
