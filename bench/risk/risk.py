@@ -3,7 +3,8 @@
 Against the referee's members (bench/referee): the share of the excess that one fold gathers is taken from nine tenths
 of the pockets, and the Brier score from the last tenth, in turn. Against layups that nothing was fitted to
 (held_out.csv): the scatter of the reading is taken from the layups of even seeds, and probabilities are compared with
-what was true on those of odd seeds. As few ridges lie at the limit, limits up to 0.1 mm round each ridge are asked.
+what was true on those of odd seeds, and the other way round. As few ridges lie at the limit, limits up to 0.1 mm round
+each ridge are asked.
 """
 
 from __future__ import annotations
@@ -21,24 +22,25 @@ sys.path.insert(0, str(HERE.parent / "referee"))
 from pockets import LIMIT_EXCESS_MM  # noqa: E402
 from truth import Truth, extrapolated_excess, truths  # noqa: E402
 
-from debulk.risk.place import EIGHTHS, FOOT, Place  # noqa: E402
+from debulk.risk import place  # noqa: E402
 
-FOOT_MM = FOOT * 0.3
+FOOT_MM = place.FOOT * 0.3
 LIMITS_MM = np.array([-0.1, -0.05, -0.03, -0.02, -0.01, -0.005, 0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1])
 MARGIN_MM, NET_SD_MM = 0.02, 0.01  # of the ridge by the referee's rule, and of the excess of its nets as a ridge
 
 
-def eighths(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the values in the middle of each eighth of the weights."""
+def parts(values: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
+    """Return the values in the middle of each of so many equal parts of the weights."""
     order = np.argsort(values)
-    return np.interp(EIGHTHS, (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum(), values[order])
+    middles = (np.arange(count) + 0.5) / count
+    return np.interp(middles, (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum(), values[order])
 
 
 def shares(of: list[Truth]) -> np.ndarray:
     """Return the share of the excess that folds gather; both engines and all pockets have the same weight."""
     groups = [np.array(g) / extrapolated_excess(t) for t in of for g in t.gathered.values() if g]
     weights = np.concatenate([np.full(len(g), 1 / len(g)) for g in groups])
-    return eighths(np.concatenate(groups), weights)
+    return parts(np.concatenate(groups), weights, 8)
 
 
 def referee() -> list[str]:
@@ -70,25 +72,36 @@ def held_out() -> list[str]:
         rows = [{k: float(v) for k, v in row.items() if k not in ("kinds", "verdict")} for row in csv.DictReader(file)]
     rows = [row for row in rows if row["length_mm"] > 0.3 and row["true_mm"] > FOOT_MM + 0.07]
     even = np.array([row["seed"] % 2 == 0 for row in rows])
-    ratio = np.array([2 * (row["true_mm"] - FOOT_MM) / row["length_mm"] for row in rows])
-    reading = eighths(ratio[even], np.ones(even.sum()))
+    read = np.array([row["length_mm"] / 2 + FOOT_MM for row in rows])
+    true_mm = np.array([row["true_mm"] for row in rows])
+    missed, more, sd_mm = np.array(
+        [place.reading_of(row["noise_mm"], row["missed_mm"], row["high_mm"] - row["alone_mm"]) for row in rows]
+    ).T
+    # One fold draws what joins, or not: the residual is that from their middle.
+    off = (true_mm - read - missed - more / 2) / np.hypot(sd_mm, more / np.sqrt(12))
     said, was, ruled = [], [], []
-    for row in (row for row, fit in zip(rows, even, strict=True) if not fit):
-        sd_mm = Place.sd_of(row["noise_mm"], row["missed_mm"] - max(0.0, row["high_mm"] - row["alone_mm"]))
-        for limit in row["length_mm"] / 2 + FOOT_MM + LIMITS_MM:
-            said.append(norm.cdf((reading * row["length_mm"] / 2 + FOOT_MM - limit) / sd_mm).mean())
+    for k, row in enumerate(rows):
+        others = parts(off[even != even[k]], np.ones((even != even[k]).sum()), 16)
+        heights = read[k] + missed[k] + np.concatenate([sd_mm[k] * others, more[k] + sd_mm[k] * others])
+        for limit in read[k] + LIMITS_MM:
+            near = norm.cdf((heights - limit) / (place._BETWEEN * sd_mm[k])).mean()
+            stray = norm.cdf((heights.mean() - limit) / (place.STRAY_SHARE * row["length_mm"] / 2))
+            said.append((1 - place.STRAYS) * near + place.STRAYS * stray)
             was.append(float(row["true_mm"] > limit))
             ruled.append(1.0 if row["low_mm"] > limit else 0.0 if row["high_mm"] <= limit else 0.5)
     p, true, rule = np.array(said), np.array(was), np.array(ruled)
     lines = [
-        f"Layups of the second family, seeds {int(rows[0]['seed'])} to {int(rows[-1]['seed'])}: {even.sum()} pockets "
-        f"to fit, {(~even).sum()} held out, each with {len(LIMITS_MM)} limits round its ridge",
-        f"reading of the excess over its truth, by eighths of those fitted: {', '.join(f'{v:.4f}' for v in reading)}",
+        f"Layups of the second family, seeds {int(rows[0]['seed'])} to {int(rows[-1]['seed'])}: {len(rows)} pockets, "
+        f"each with {len(LIMITS_MM)} limits round its ridge; odd and even seeds are held out in turn",
+        "true ridge less the one that is read, in standard deviations, by sixteenths of all: "
+        f"{', '.join(f'{v:.3f}' for v in parts(off, np.ones(len(off)), 16))}",
         f"Brier, held out: {np.mean((rule - true) ** 2):.4f} by the verdicts (UNDECIDED as 0.5), "
         f"{np.mean((p - true) ** 2):.4f} by the probability; UNDECIDED {100 * np.mean(rule == 0.5):.0f} %",
         "", f"{'said':>12}{'number':>9}{'mean said':>11}{'exceeded':>10}",
     ]  # fmt: skip
     tenth = np.minimum((10 * p).astype(int), 9)
+    apart = sum(abs((p - true)[tenth == k].sum()) for k in range(10)) / len(p)
+    lines.insert(3, f"said less what came true, in the mean over the tenths below: {100 * apart:.1f} points")
     for k in range(10):
         if (here := tenth == k).any():
             range_of = f"{k / 10:.1f} to {k / 10 + 0.1:.1f}"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk.arrays import Floats
-from debulk.risk.place import FOOT, OF_UNIFORM, Place, place_of
+from debulk.risk.place import FOOT, OF_UNIFORM, STRAYS, Place, place_of
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -65,7 +65,8 @@ def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recip
     of_limit_mm, of_angle = common_sd_mm(recipe)
     turn = np.array([p.turn_mm for p in places])
     own = np.hypot([p.sd_mm for p in places], recipe.uncertainty.spread_mm)
-    alone, joined = _exceeds(places, np.hypot(np.hypot(own, of_limit_mm), turn * of_angle), np.zeros((1, 1)), recipe)
+    every = np.hypot(np.hypot(own, of_limit_mm), turn * of_angle)
+    alone, joined = _exceeds(places, every, np.zeros((1, 1)), recipe)
     both = ((1 - _JOINED) * alone + _JOINED * joined)[:, 0]
     each = dict(zip((p.pocket for p in places), both.tolist(), strict=True))
     limit, angle = (axis.ravel() for axis in np.meshgrid(of_limit_mm * _LIMITS, of_angle * _ANGLES, indexing="ij"))
@@ -96,11 +97,12 @@ def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
 def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, recipe: Recipe) -> tuple[Floats, Floats]:
     """Return (P, K) probabilities, alone and joined, of ridges that are (P, K) higher and scatter by (P,), mm."""
     over = higher_mm - crease_mm(recipe)
-    out = []
-    for heights in zip(*(p.heights_mm(recipe) for p in places), strict=True):
-        z = (np.stack(heights)[:, None, :] + over[:, :, None]) / sd_mm[:, None, None]
-        out.append(_below(z).mean(axis=2))
-    return out[0], out[1]
+    both = np.array([[p.alone_mm, p.joined_mm] for p in places])[:, :, None, :]
+    near = _below((both + over[:, None, :, None]) / sd_mm[:, None, None, None]).mean(axis=3)
+    stray_mm = np.array([p.stray_mm for p in places])[:, None, None]
+    far = _below((both.mean(axis=3) + over[:, None, :]) / np.hypot(sd_mm[:, None, None], stray_mm))
+    exceeds = near + STRAYS * (stray_mm > 0) * (far - near)
+    return exceeds[:, 0], exceeds[:, 1]
 
 
 def _below(z: Floats) -> Floats:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from debulk.arrays import Floats
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
 
@@ -17,45 +18,34 @@ if TYPE_CHECKING:
 
 FOOT = 2 - math.pi / 2  # thicknesses of the ply in the ridge formula h = dL/2 + 0.43 t
 OF_UNIFORM = math.sqrt(3.0)  # half the width of a range over its standard deviation
-EIGHTHS = (np.arange(8) + 0.5) / 8
-_LEAST_SD_MM = 0.002  # what the steps between the eighths below leave open
+_LEAST_SD_MM = 0.004  # of a reading without noise
+_BETWEEN = 0.3  # standard deviations that the steps between the residuals below leave open
 SHARES = np.array([0.687, 0.889, 0.927, 0.940, 0.955, 0.967, 0.978, 0.986])
 """Share of the largest excess that one fold gathers, in eighths of the referee's members (bench/risk/risk.py)."""
-READING = np.array([0.8661, 0.9854, 0.9976, 0.9987, 0.9998, 1.0067, 1.0231, 1.0761])
-"""True excess over that of the lines, in eighths of pockets of layups without a fault (bench/risk/risk.py)."""
+RESIDUALS = np.array([-5.483, -2.584, -1.449, -1.052, -0.733, -0.517, -0.423, -0.281,
+                      -0.142, -0.064, 0.023, 0.087, 0.166, 0.407, 0.583, 1.367])  # fmt: skip
+"""True ridge less the one that is read, in standard deviations of the reading, in sixteenths (bench/risk/risk.py)."""
+STRAYS, STRAY_SHARE = 0.01, 0.1
+"""Readings that are off by far more: 2 of 196 were low by a tenth of the excess. How many, and by what share of it."""
+_COUNT = SHARES.size * RESIDUALS.size
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Place:
     """The ridge of one pocket."""
 
     pocket: int
     """Its number."""
-    excess_mm: float = 0.0
-    joined_mm: float = 0.0
-    """`excess_mm`, `joined_mm`: excess of its worst fibre, alone and with what one fold may draw from other places. 0
-    if it is not judged by it."""
-    range_mm: tuple[float, float] | None = None
-    """Heights between which the ridge lies, equally likely; None: the excess gives it."""
-    sd_mm: float = 0.0
-    """Standard deviation of the height by the scan and its reading, of this pocket alone."""
+    alone_mm: Floats
+    joined_mm: Floats
+    """`alone_mm`, `joined_mm`: (K,) heights that are equally likely, before what follows scatters them: of its own
+    excess, and with what one fold may draw from other places."""
+    sd_mm: float
+    """Standard deviation of these heights, of this pocket alone."""
+    stray_mm: float = 0.0
+    """That of the few readings that are off by far more; 0: there are none."""
     turn_mm: float = 0.0
     """Change of the height per radian by which the fibres run otherwise than said."""
-
-    def heights_mm(self, recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
-        """Return (64,) heights that are equally likely, alone and joined, before anything scatters."""
-        if self.range_mm is not None:
-            heights = np.interp((np.arange(64) + 0.5) / 64, (0, 1), self.range_mm)
-            return heights, heights
-        gathered, foot = np.outer(SHARES, READING).ravel() / 2, FOOT * recipe.material.thickness_mm
-        if recipe.uncertainty.crease_mm is not None:  # outcomes over the ridge of the whole excess hold both factors
-            gathered = np.full_like(gathered, 0.5)
-        return gathered * self.excess_mm + foot, gathered * self.joined_mm + foot
-
-    @staticmethod
-    def sd_of(noise_mm: float, missed_mm: float) -> float:
-        """Return the scatter by the scan's noise, and by what the filters may have missed, evenly up to so much."""
-        return math.hypot(noise_mm, max(0.0, missed_mm) / OF_UNIFORM, _LEAST_SD_MM)
 
 
 def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> Place | None:
@@ -64,17 +54,27 @@ def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> P
     if pocket.verdict is Verdict.INVALID or ridge is None:
         return None
     if pocket.decided_by == "paper" or known is None or pocket.half_seen is not None:
-        return Place(pocket.id, range_mm=ridge.range_mm, sd_mm=recipe.verdict.ridge_margin_mm / 2)
-    joined_mm = known.length_mm + 2 * max(0.0, known.range_mm[1] - known.alone_mm)
-    missed_mm = known.missed_mm - max(0.0, known.range_mm[1] - known.alone_mm)
-    return Place(
-        pocket.id,
-        known.length_mm,
-        joined_mm,
-        None,
-        Place.sd_of(known.noise_mm, missed_mm),
-        _turn_mm(pocket.id, runs),
-    )
+        heights = np.interp((np.arange(_COUNT) + 0.5) / _COUNT, (0, 1), ridge.range_mm)
+        return Place(pocket.id, heights, heights, recipe.verdict.ridge_margin_mm / 2)
+    turn_mm, foot = _turn_mm(pocket.id, runs), FOOT * recipe.material.thickness_mm
+    missed_mm, more_mm, sd_mm = reading_of(known.noise_mm, known.missed_mm, known.range_mm[1] - known.alone_mm)
+    if recipe.uncertainty.crease_mm is not None:
+        # Outcomes are counted over the ridge of the whole excess, so their spread holds residuals and shares.
+        read = np.full(_COUNT, known.length_mm / 2 + foot)
+        return Place(pocket.id, read, read + more_mm, sd_mm, 0.0, turn_mm)
+    read = known.length_mm / 2 + missed_mm + sd_mm * RESIDUALS
+    alone, joined = (np.outer(SHARES, one).ravel() + foot for one in (read, read + more_mm))
+    return Place(pocket.id, alone, joined, _BETWEEN * sd_mm, STRAY_SHARE * known.length_mm / 2, turn_mm)
+
+
+def reading_of(noise_mm: float, missed_mm: float, joined_mm: float) -> tuple[float, float, float]:
+    """Return, of the ridge that lines read: what the filters missed on average, what joins it, and its deviation.
+
+    What they may have missed, evenly up to so much, contains what joins it from other places (`joined_mm`).
+    """
+    more_mm = max(0.0, joined_mm)
+    missed_mm = max(0.0, missed_mm - more_mm)
+    return missed_mm / 2, more_mm, math.hypot(noise_mm, missed_mm / math.sqrt(12), _LEAST_SD_MM)
 
 
 def _turn_mm(number: int, runs: ExcessRuns | None) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from debulk.risk.layup import _JOINED, Risk, common_sd_mm, crease_mm
-from debulk.risk.place import place_of
+from debulk.risk.place import STRAYS, place_of
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -45,10 +45,10 @@ def sampled(
         if place is None:
             shares[number] = None
             continue
-        alone, joined = place.heights_mm(recipe)
-        drawn = rng.integers(len(alone), size=count)
+        drawn = rng.integers(len(place.alone_mm), size=count)
         sd_mm = np.hypot(place.sd_mm, recipe.uncertainty.spread_mm)
-        height = np.where(together, joined[drawn], alone[drawn]) + sd_mm * rng.standard_normal(count)
+        sd_mm = np.hypot(sd_mm, np.where(rng.random(count) < STRAYS, place.stray_mm, 0.0))
+        height = np.where(together, place.joined_mm[drawn], place.alone_mm[drawn]) + sd_mm * rng.standard_normal(count)
         over = height + common + place.turn_mm * angle > crease_mm(recipe)
         exceeds |= over
         shares[number] = float(over.mean())
