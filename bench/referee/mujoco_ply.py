@@ -65,13 +65,15 @@ class Settled:
     accepted: bool
 
 
-def simulate(pocket: Pocket, laid: net.Net, seed: int, physics: Physics, most_steps: int = 3000) -> Settled:
-    """Ramp the pressure up and wait until nothing moves."""
-    recipe = Recipe()
+def simulate(
+    pocket: Pocket, laid: net.Net, seed: int, physics: Physics, most_steps: int = 3000, recipe: Recipe | None = None
+) -> Settled:
+    """Ramp the pressure up and wait until nothing moves; thickness, shear and pressure are the recipe's."""
+    recipe = recipe or Recipe()
     flat = float(np.ptp(pocket.mold_mm)) < 1e-9
     start = laid.nodes_mm.copy()
     moves = laid.kinds != 1 if physics.margin_mm == 0 else np.ones(len(start), dtype=bool)
-    model = mujoco.MjModel.from_xml_string(_xml(pocket, laid, moves, physics, flat))
+    model = mujoco.MjModel.from_xml_string(_xml(pocket, laid, moves, physics, flat, recipe))
     if not flat:
         _set_mold(model, pocket)
     _set_lengths(model, laid)
@@ -110,8 +112,7 @@ def _strain(nodes: np.ndarray, laid: net.Net) -> float:
     return float(np.abs(np.linalg.norm(a - b, axis=1) / laid.spacing_mm - 1).max())
 
 
-def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, flat: bool) -> str:
-    recipe = Recipe()
+def _xml(pocket: Pocket, laid: net.Net, moves: np.ndarray, physics: Physics, flat: bool, recipe: Recipe) -> str:
     material, pressure = recipe.material, recipe.loads.pressure_mpa
     spacing = laid.spacing_mm
     mass = physics.mass * spacing**2
