@@ -68,6 +68,20 @@ def settle(roof, values, recipe=RECIPE, stop=None, pool=None):
     return starts.settle(roof, recipe, post_process, stop or _core.Stop(), pool)
 
 
+def test_a_bridge_that_does_not_decide_keeps_no_start_from_a_ridge_that_is_close(roof):
+    def post_process(_):
+        return figures(rms=0.25, ridge=0.5, bridge=4.0)
+
+    def without_bridge(one):
+        return figures(one.rms_mm, one.ridge_height_mm)
+
+    kept = starts.settle(roof, RECIPE, post_process, _core.Stop())
+    assert len(kept.every) == RECIPE.solve.starts
+    judged = starts.settle(roof, RECIPE, post_process, _core.Stop(), judged_as=without_bridge)
+    assert len(judged.every) == RECIPE.solve.most_starts
+    assert judged.bridge_mm == (4.0, 4.0)
+
+
 def test_a_clear_pocket_gets_the_fixed_starts(roof):
     settled = settle(roof, [0.25, 0.26])
     assert len(settled.solution.minima) == len(settled.every) == 2

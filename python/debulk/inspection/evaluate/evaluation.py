@@ -200,7 +200,11 @@ def _settled(
 ) -> tuple[starts.Settled, bool]:
     """Minimise the energy; return the minima, and whether a deadline cut them off."""
     with watch.step("solve"):
-        settled = starts.settle(laid.sheet, laid.recipe, post_process, stop, pool, for_the_picture=for_the_picture)
+        by_strings = laid.recipe.verdict.criterion == "excess"  # they decide on bridges, in place of the net's
+        judged_as = laid.without_bridge if by_strings else starts.as_they_are
+        settled = starts.settle(
+            laid.sheet, laid.recipe, post_process, stop, pool, judged_as=judged_as, for_the_picture=for_the_picture
+        )
     dumps.keep(
         laid.sheet,
         settled.solution,

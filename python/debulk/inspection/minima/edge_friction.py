@@ -58,7 +58,14 @@ def at_both_ends(
     if laid.recipe.verdict.criterion == "paper" or judged.verdict is not Verdict.CEASE:
         return BothEnds(judged, slipping, slipping, left_out=(_not_settled(laid),))
     rim = net.from_core(_core.net.with_rim_held(laid.net._core))
-    held = starts.settle(sheet.Sheet.of_net(rim, laid.reference, laid.recipe), laid.recipe, post_process, stop, pool)
+    held = starts.settle(
+        sheet.Sheet.of_net(rim, laid.reference, laid.recipe),
+        laid.recipe,
+        post_process,
+        stop,
+        pool,
+        judged_as=laid.without_bridge,
+    )
     late = held.cut or (stop.past_deadline and not held.solution.certified)
     if_held = laid.judge(held.solution, held.best, held.every, bridge=bridge, deadline_passed=late)
     known = held.solution.certified

@@ -76,6 +76,11 @@ class Settled:
         return spread([p.bridge_height_mm for p in self.every])
 
 
+def as_they_are(figures: ridge.PostProcessed) -> Figures:
+    """Return the figures of a net, as those that decide."""
+    return figures
+
+
 def settle(
     ply: sheet.Sheet,
     recipe: Recipe,
@@ -83,12 +88,16 @@ def settle(
     stop: _core.Stop,
     pool: Executor | None = None,
     *,
+    judged_as: Callable[[ridge.PostProcessed], Figures] = as_they_are,
     for_the_picture: bool = False,
 ) -> Settled:
     """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`.
 
     Idle threads of the pool work ahead on the further starts. Their results count only if the rule asks for them, in
     the order of the starts, so that the result does not depend on the pool.
+
+    `judged_as` returns the figures that decide, where they are not those of the net: whether another start may change
+    the verdict follows from them.
 
     With `for_the_picture`, the verdict needs no figure of a minimum, and one certified minimum is enough. It comes from
     a perturbed start: from the net as laid, a smooth, symmetric pocket keeps its symmetry on the way down, and shares
@@ -111,7 +120,7 @@ def settle(
             counted[:] = [(m, p) for m, p in counted if not m.certificate.compliant]
 
     def more() -> bool:
-        return len(minima) < wanted.most_starts and close([p for _, p in counted], recipe)
+        return len(minima) < wanted.most_starts and close([judged_as(p) for _, p in counted], recipe)
 
     if for_the_picture:
         for first in (1, 0):
