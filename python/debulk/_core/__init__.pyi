@@ -38,6 +38,12 @@ class _Made(metaclass=_Bound):
 
 build: str
 
+@type_check_only
+class _Options(metaclass=_Bound):
+    """A class whose objects are made with their defaults, and then changed."""
+
+    def __init__(self) -> None: ...
+
 class InputError(ValueError): ...
 class Stopped(RuntimeError): ...
 

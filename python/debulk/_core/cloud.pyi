@@ -2,13 +2,12 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Singles
+from debulk._core import Stop, _Bytes, _Options, _Singles
 
-class OutlierOptions(metaclass=_Bound):
+class OutlierOptions(_Options):
     neighbours: int
     std_ratio: float
     least_ratio: float
-    def __init__(self) -> None: ...
 
 def bounds(points: ArrayLike, threads: int) -> tuple[int, list[float], list[float]]: ...
 def transform(points: ArrayLike, matrix: ArrayLike, threads: int, stop: Stop) -> _Singles: ...

@@ -5,11 +5,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike, NDArray
 
-from debulk._core import Stop, _Bound, _Bytes, _Floats, _Integers, _Made, _Singles
+from debulk._core import Stop, _Bound, _Bytes, _Floats, _Integers, _Made, _Options, _Singles
 from debulk._core.pocket import FootMap, Segmentation
 from debulk._core.surface import Reference
 
-class FibreOptions(metaclass=_Bound):
+class FibreOptions(_Options):
     apart_mm: float
     blur_cells2: float
     draw_mm: float
@@ -20,7 +20,6 @@ class FibreOptions(metaclass=_Bound):
     step_mm: float
     thickness_mm: float
     threads: int
-    def __init__(self) -> None: ...
 
 class FibreLines(_Made):
     def __len__(self) -> int: ...

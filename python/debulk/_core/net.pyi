@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk._core import Stop, _Bound, _Flags, _Floats, _Integers, _Made
+from debulk._core import Stop, _Bound, _Flags, _Floats, _Integers, _Made, _Options
 from debulk._core.pocket import FootMap, Segmentation
 from debulk._core.surface import Surface
 
@@ -15,18 +15,16 @@ class Drape(metaclass=_Bound):
     @property
     def net(self) -> Net: ...
 
-class FibreNetOptions(metaclass=_Bound):
+class FibreNetOptions(_Options):
     spacing_mm: float | None
     node_target: int
     free_edge_mm: float
     mold_tol_mm: float
     paths: str
-    def __init__(self) -> None: ...
 
-class LayPocketOptions(metaclass=_Bound):
+class LayPocketOptions(_Options):
     mode: str
     net: FibreNetOptions
-    def __init__(self) -> None: ...
 
 class Net(_Made):
     @property

@@ -2,10 +2,10 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Flags, _Floats, _Integers, _Made, _Singles
+from debulk._core import Stop, _Bytes, _Flags, _Floats, _Integers, _Made, _Options, _Singles
 from debulk._core.surface import FrontEnd, Surface
 
-class SegmentOptions(metaclass=_Bound):
+class SegmentOptions(_Options):
     cut_height_mm: float
     area_tol_mm2: float
     peak_tol_mm: float
@@ -14,26 +14,22 @@ class SegmentOptions(metaclass=_Bound):
     smooth_mm: float
     blur_mm2: float
     ply_outline: ArrayLike | None
-    def __init__(self) -> None: ...
 
-class FootOptions(metaclass=_Bound):
+class FootOptions(_Options):
     thickness_mm: float
     mold_tol_mm: float
     smooth_mm: float
     noise_mm: float | None
-    def __init__(self) -> None: ...
 
-class UnseenOptions(metaclass=_Bound):
+class UnseenOptions(_Options):
     area_tol_mm2: float
     fill_mm: float
     ply_outline: ArrayLike | None
-    def __init__(self) -> None: ...
 
-class PatchOptions(metaclass=_Bound):
+class PatchOptions(_Options):
     mode: str
     margin_mm: float
     fade_mm: float
-    def __init__(self) -> None: ...
 
 class DroppedPocket(_Made):
     @property

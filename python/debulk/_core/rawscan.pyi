@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made
+from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made, _Options
 from debulk._core.pocket import Foot, FootMap
 from debulk._core.surface import Reference, Surface
 
@@ -25,15 +25,13 @@ def quiet_limits(
 ) -> list[QuietLimits]: ...
 def quiet_squares(scan: ArrayLike, step: int, limits: Sequence[QuietLimits], threads: int, stop: Stop) -> _Bytes: ...
 
-class WrinkleOptions(metaclass=_Bound):
+class WrinkleOptions(_Options):
     widest_mm: float
     links: int
     most: int
-    def __init__(self) -> None: ...
 
-class NarrowBumpOptions(metaclass=_Bound):
+class NarrowBumpOptions(_Options):
     most: int
-    def __init__(self) -> None: ...
 
 class WrinkleFinder(metaclass=_Bound):
     def __init__(

@@ -2,11 +2,11 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Floats, _Singles
+from debulk._core import Stop, _Bound, _Floats, _Options, _Singles
 from debulk._core.pocket import FootMap, FootOptions, Segmentation, SegmentOptions, Unseen, UnseenOptions
 from debulk._core.surface import FrontEndOptions, Reference
 
-class RegionOptions(metaclass=_Bound):
+class RegionOptions(_Options):
     front: FrontEndOptions
     segment: SegmentOptions
     feet: FootOptions
@@ -14,7 +14,6 @@ class RegionOptions(metaclass=_Bound):
     largest_share: float
     row_step: int
     column_step: int
-    def __init__(self) -> None: ...
 
 class RegionFront(metaclass=_Bound):
     def __init__(

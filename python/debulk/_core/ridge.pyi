@@ -4,7 +4,7 @@ from typing import overload
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made
+from debulk._core import Stop, _Bytes, _Floats, _Made, _Options
 from debulk._core.net import Net, PocketNet
 from debulk._core.pocket import Foot, FootMap
 from debulk._core.sheet import Minimum, PlyMaterial
@@ -68,11 +68,10 @@ class PostProcessed(_Made):
     @property
     def sections(self) -> list[RidgeSection]: ...
 
-class RidgeOptions(metaclass=_Bound):
+class RidgeOptions(_Options):
     bulk_factor: float
     thickness_mm: float
     touch_mm: float
-    def __init__(self) -> None: ...
 
 class RidgeSection(_Made):
     @property

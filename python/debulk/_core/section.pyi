@@ -2,7 +2,7 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Floats, _Made
+from debulk._core import Stop, _Floats, _Made, _Options
 from debulk._core.solve import Certificate
 
 class SectionFold(_Made):
@@ -35,19 +35,17 @@ class SectionStep(_Made):
     @property
     def pressure_mpa(self) -> float: ...
 
-class SectionPly(metaclass=_Bound):
+class SectionPly(_Options):
     stiffness_n_mm: float
     pressure_mpa: float
-    def __init__(self) -> None: ...
 
-class SectionOptions(metaclass=_Bound):
+class SectionOptions(_Options):
     segments: int
     steps: int
     pressure: str
     bending: str
     self_contact: bool
     contact_distance_mm: float
-    def __init__(self) -> None: ...
 
 def fold_section(
     excess_length_mm: float,

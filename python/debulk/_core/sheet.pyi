@@ -4,7 +4,7 @@ from typing import overload
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bound, _Floats, _Integers, _Made
+from debulk._core import Stop, _Bound, _Floats, _Integers, _Made, _Options
 from debulk._core.net import PocketNet
 from debulk._core.solve import Certificate, SolveOptions
 from debulk._core.surface import Surface
@@ -29,7 +29,7 @@ class Minimum(_Made):
     @property
     def tensions_n(self) -> _Floats: ...
 
-class PlyMaterial(metaclass=_Bound):
+class PlyMaterial(_Options):
     thickness_mm: float
     young_mpa: float
     shear_mpa: float
@@ -42,15 +42,13 @@ class PlyMaterial(metaclass=_Bound):
     in_plane_bending_n_mm: float
     tack_n_mm3: float
     pressure_direction: str
-    def __init__(self) -> None: ...
 
-class MinimiseOptions(metaclass=_Bound):
+class MinimiseOptions(_Options):
     method: str
     starts: int
     first_start: int
     seed: int
     solve: SolveOptions
-    def __init__(self) -> None: ...
 
 class Minimiser(metaclass=_Bound):
     def __init__(self, sheet: Sheet) -> None: ...

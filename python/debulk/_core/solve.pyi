@@ -1,12 +1,11 @@
 """Types of the compiled module `debulk._core.solve`."""
 
-from debulk._core import _Bound, _Made
+from debulk._core import _Made, _Options
 
-class SolveOptions(metaclass=_Bound):
+class SolveOptions(_Options):
     tolerance: float
     max_iterations: int
     stiffness: float
-    def __init__(self) -> None: ...
 
 class Certificate(_Made):
     @property

@@ -5,24 +5,22 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made, _Singles
+from debulk._core import Stop, _Bound, _Bytes, _Floats, _Made, _Options, _Singles
 from debulk._core.cloud import OutlierOptions
 
-class FitOptions(metaclass=_Bound):
+class FitOptions(_Options):
     node_spacing_mm: float
     window_mm: float
     robust: float
     doublings: int
-    def __init__(self) -> None: ...
 
-class FrontEndOptions(metaclass=_Bound):
+class FrontEndOptions(_Options):
     outliers: OutlierOptions
     spacing_mm: float
     jump_ratio: float
     hole_diameter_mm: float
     spike_mm: float
     median_cells: int
-    def __init__(self) -> None: ...
 
 class FrontEnd(metaclass=_Bound):
     def __init__(

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
-from debulk._core import _Bound, _Made
+from debulk._core import _Bound, _Made, _Options
 
-class Criteria(metaclass=_Bound):
+class Criteria(_Options):
     compliance_margin_mm: float
     criterion: Criterion
     excess_margin_mm: float
@@ -15,7 +15,6 @@ class Criteria(metaclass=_Bound):
     min_pocket_coverage: float
     ridge_margin_mm: float
     rms_margin_mm: float
-    def __init__(self) -> None: ...
     def check(self) -> None: ...
 
 class Criterion(metaclass=_Bound):
@@ -33,19 +32,17 @@ class Criterion(metaclass=_Bound):
     @property
     def value(self) -> int: ...
 
-class JudgedPocket(metaclass=_Bound):
+class JudgedPocket(_Options):
     id: int
     judgement: Judgement
-    def __init__(self) -> None: ...
 
-class Judgement(metaclass=_Bound):
+class Judgement(_Options):
     reason: str
     verdict: Verdict
-    def __init__(self) -> None: ...
     @property
     def decided_by(self) -> Criterion | None: ...
 
-class PocketEvidence(metaclass=_Bound):
+class PocketEvidence(_Options):
     bridge_height: Spread
     certified: bool
     closed_rim: bool
@@ -58,7 +55,6 @@ class PocketEvidence(metaclass=_Bound):
     ridge_height: Spread
     rms: Spread
     solve_status: str
-    def __init__(self) -> None: ...
 
 class RidgeBounds(_Made):
     @property
