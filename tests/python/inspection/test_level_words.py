@@ -94,7 +94,24 @@ def test_what_is_wrong_is_named_with_its_figures(height_mm, words):
 def test_noise_that_hides_the_level_is_named():
     said, figures, _ = judged(THICKNESS_MM, noise_mm=8.0)
     assert figures.uncertainty_mm > 0.1
-    assert said.startswith("the level of the ply cannot be determined") and "its tolerance is 0.1 mm" in said
+    assert said.startswith("the level of the ply cannot be determined: its median height between the pockets is ")
+    assert said.endswith(
+        "its tolerance is 0.1 mm; scan again, with less noise, and check whether the reference is of this mold"
+    )
+    said, figures, _ = judged(THICKNESS_MM, noise_mm=1.5)
+    assert 0.05 < figures.uncertainty_mm < 0.1 and said.startswith("the level of the ply cannot be determined")
+
+
+def test_a_ply_that_stands_off_so_widely_that_its_level_is_unknown_is_named():
+    lifted_mm = np.random.default_rng(1).uniform(0, 8, len(XY)) * (np.arange(len(XY)) % 4 > 0)
+    said, figures, _ = judged(THICKNESS_MM + lifted_mm)
+    assert figures.uncertainty_mm > 0.05 and figures.low_share == 0.0
+    assert said.startswith(
+        "the ply stands off the mold so widely that its level is not known: 0 % of the ply between the pockets lies "
+        "more than 0.1 mm too low and 100 % too high, worst by "
+    )
+    asked = "check whether the reference is of this mold and of the plies below, and whether scanner or mold moved"
+    assert said.endswith(f") mm: {asked}")
 
 
 def test_pockets_and_loose_borders_may_stand_up_by_their_share():
@@ -116,6 +133,18 @@ def test_the_tolerance_and_the_share_are_the_recipes():
     assert (judged(spots)[0] == "") == (share >= 0.1)
     assert judged(spots, recipe=Recipe(level={"largest_share": 0.05}))[0] != ""
     assert judged(spots, recipe=Recipe(level={"largest_share": 0.2}))[0] == ""
+
+
+def test_what_lies_at_a_limit_is_still_allowed():
+    recipe = Recipe(
+        material={"thickness_mm": 1.0}, level={"tol_mm": 0.25, "largest_share": 0.25}, verdict={"max_ridge_mm": 1.0}
+    )
+    _, figures, found = judged(THICKNESS_MM)
+    limits = {"laid_mm": 1.25, "uncertainty_mm": 0.125, "low_share": 0.125, "high_share": 0.125}
+    at_limits = replace(figures, thickness_mm=1.0, **limits)
+    assert level_reason(at_limits, found, recipe) is None
+    for name, value in limits.items():
+        assert level_reason(replace(at_limits, **{name: value + 1e-9}), found, recipe) is not None
 
 
 def test_squares_are_off_beyond_tolerance_and_noise():
@@ -160,6 +189,8 @@ def test_the_fit_says_where_the_plane_lies_how_it_slopes_and_how_far_it_bows():
     assert figures.tilt_deg == pytest.approx(np.degrees(np.hypot(0.2 / 300, 0.1 / 240)), rel=1e-3)
     assert figures.tilt_axis_deg == pytest.approx((np.degrees(np.arctan2(-0.1 / 240, 0.2 / 300)) + 90) % 180, abs=0.1)
     assert figures.offset_mm == found.middle_mm
+    falling = level.deviation(squares(0.3 - 0.2 * U + 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
+    assert level.level_of(falling, blocks, 0.3, 0.2, 0.0).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
     bowed = level.deviation(squares(0.3 + 0.5 * U**2 + 0.5 * V**2, 1e-6), THICKNESS_MM, THICKNESS_MM)
     assert bowed.bow_mm == pytest.approx(0.5 * (U**2 + V**2).max() - 0.5 * (U**2 + V**2).min(), rel=1e-3)
 
