@@ -195,10 +195,6 @@ def _certified(method: str) -> tuple[bool, str]:
     return found.certified, figures
 
 
-def _own_solver() -> tuple[bool, str]:
-    return _certified("auto")
-
-
 def _ipopt() -> tuple[bool, str]:
     # Ipopt may find another local minimum, and its own certificate may fail near a saddle: only that it solves is
     # tested.
@@ -216,7 +212,7 @@ def _unorganised() -> tuple[bool, str]:
 
 
 _PARTS: dict[str, Callable[[], tuple[bool, str]]] = {
-    "net, sheet, solver": _own_solver,
+    "net, sheet, solver": lambda: _certified("auto"),
     "Ipopt, the referee": _ipopt,
     "unorganised cloud": _unorganised,
 }

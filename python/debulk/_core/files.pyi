@@ -18,12 +18,7 @@ def read_compressed(
     threads: int,
 ) -> tuple[list[float], list[float], int, int]: ...
 def read_elements(
-    file: int,
-    begin: int,
-    end: int,
-    properties: Sequence[tuple[str, str, int]],
-    big_endian: bool,
-    out: _Floats,
+    file: int, begin: int, end: int, properties: Sequence[tuple[str, str, int]], big_endian: bool, out: _Floats
 ) -> int: ...
 def read_records(
     file: int,

@@ -57,19 +57,15 @@ _OTHERS = {
     rb"\xff\xfe|\xfe\xff": ("UTF-16 text", "save it as UTF-8 text"),
     rb"\x80[\x02-\x05]": ("a Python pickle", "pickles are never read: save the array with numpy.save"),
 }  # fmt: skip
-_BY_ENDING = {
-    ".stl": ("STL data", _SURFACE), ".obj": ("OBJ data", _SURFACE), ".off": ("OFF data", _SURFACE),
-    ".gltf": ("glTF data", _SURFACE), ".glb": ("glTF data", _SURFACE), ".3mf": ("3MF data", _SURFACE),
+_BY_ENDING = {  # of kinds that their first bytes do not tell
+    ".3mf": ("3MF data", _SURFACE),
     ".om3": (
         "an object model of HALCON",
         "write it by write_object_model_3d (ObjectModel3D, 'ply_binary', 'scan.ply', [], []), and load it in metres "
         '(unit="m", --unit m)',
     ),
-    ".las": ("LAS data", _EXPORT), ".laz": ("LAZ data", _EXPORT), ".e57": ("E57 data", _EXPORT),
     ".zdf": ("a frame of Zivid", "save it as .pcd or .ply in Zivid Studio"), ".mat": ("MATLAB data", _MATLAB),
-    ".bag": ("a bag of ROS", _CONVERT), ".db3": ("a bag of ROS 2", _CONVERT), ".mcap": ("a bag of ROS 2", _CONVERT),
-    ".vtk": ("VTK data", _EXPORT), ".vtp": ("VTK data", _EXPORT), ".svo": ("a recording of ZED", _EXPORT),
-    ".svo2": ("a recording of ZED", _EXPORT),
+    ".svo": ("a recording of ZED", _EXPORT), ".svo2": ("a recording of ZED", _EXPORT),
 }  # fmt: skip
 _HEAD_BYTES = 1 << 10
 

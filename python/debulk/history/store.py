@@ -94,12 +94,7 @@ class History:
 
     @typed
     def add_comparison(self, comparison: Comparison, report: Report) -> int:
-        """Store a comparison with the report that it is about, which is added first if it is not there yet.
-
-        Returns
-        -------
-        int
-            Number of the comparison's record.
+        """Store a comparison, and return the number of its record; its report is added first if it is not there yet.
 
         Raises
         ------

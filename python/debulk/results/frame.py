@@ -15,16 +15,8 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
 
 _WORDS = {
-    "verdict",
-    "reason",
-    "decided_by",
-    "paper_verdict",
-    "ridge_by",
-    "solver",
-    "status",
-    "touches_ply_edge",
-    "certified",
-}
+    "verdict", "reason", "decided_by", "paper_verdict", "ridge_by", "solver", "status", "touches_ply_edge", "certified",
+}  # fmt: skip
 
 
 def to_dataframe(report: ReportData) -> pandas.DataFrame:

@@ -77,18 +77,7 @@ class Shapes:
 
 
 def shapes(report: Report, pocket: int | None = None, magnify: float | None = None) -> Shapes:
-    """Make the shapes that `view` draws.
-
-    Parameters
-    ----------
-    report, pocket, magnify
-        The same as for `view`.
-
-    Raises
-    ------
-    InputError
-        If there is no such pocket, the magnification is not positive, or the report has nothing to draw.
-    """
+    """Make the shapes that `view` draws; arguments and errors are the same."""
     if magnify is not None and not (np.isfinite(magnify) and magnify > 0):
         raise InputError(f"magnify: expected a positive factor, but got {magnify!r}")
     chosen = [p for p in report.pockets if pocket in (None, p.id)]
