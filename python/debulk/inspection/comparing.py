@@ -89,10 +89,7 @@ def of_another_scan(
 ) -> ArrayTrace:
     """Return the fingerprint of a debulked scan, of the kind that the report's scan has, or else of the given kind.
 
-    Raises
-    ------
-    InputError
-        If it is the scan that the report was made from: every pocket would then seem to crease.
+    An `InputError` is raised if it is the scan that the report was made from: every pocket would then seem to crease.
     """
     before = report.trace.scan if report.trace else None
     known = before.fingerprint if before else None
@@ -122,13 +119,7 @@ def placing_of(report: Report, setup: Setup) -> Placing:
 
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:
-    """Refuse a scan that does not show the report's ply in its place.
-
-    Raises
-    ------
-    InputError
-        Has the reason that an inspection would give.
-    """
+    """Refuse a scan that does not show the report's ply in its place, with the reason that an inspection would give."""
     feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
     placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
     if placed.finding:

@@ -56,10 +56,7 @@ def now_utc() -> str:
 def checked_context(context: Mapping[str, Any] | None) -> dict[str, Any]:
     """Return a copy, in JSON's types, of the context that the caller wants to be kept.
 
-    Raises
-    ------
-    InputError
-        The context holds something that JSON cannot: names that are not text, NaN, infinity, arrays or other objects.
+    An `InputError` is raised for what JSON cannot hold: names that are not text, NaN, infinity, arrays, other objects.
     """
     if context is None:
         return {}

@@ -117,10 +117,7 @@ class LaidPocket:
 def lay_pocket(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop | None = None) -> LaidPocket:
     """Lay the net of a pocket, and make the model of its ply.
 
-    Raises
-    ------
-    InputError
-        If the fibre angles are not known there, or no useful net can be laid on the surface.
+    An `InputError` is raised if the fibre angles are not known there, or no useful net can be laid on the surface.
     """
     laid = lay_net(found, ply, stop)
     if not laid.inside.any():

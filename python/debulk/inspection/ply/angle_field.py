@@ -47,10 +47,7 @@ class Part:
 def nominal_on(nominal: Floats | Grid, measured: Floats | Grid) -> Grid:
     """Return nominal angles on the grid of the measured ones.
 
-    Raises
-    ------
-    InputError
-        If the measured angles are no field.
+    An `InputError` is raised if the measured angles are no field.
     """
     if not isinstance(measured, Grid):
         raise InputError(
@@ -77,10 +74,7 @@ def completed(measured: Grid, nominal: Grid) -> Grid:
 def turned(measured: Grid, nominal: Grid, ply_outline: Floats | None) -> Turned:
     """Compare measured angles with nominal ones on the ply.
 
-    Raises
-    ------
-    InputError
-        If there is no place at which both are known.
+    An `InputError` is raised if there is no place at which both are known.
     """
     apart = _apart(completed(measured, nominal).values, nominal.values)
     known = np.isfinite(measured.values).all(axis=2) & np.isfinite(apart).all(axis=2) & on_ply(measured, ply_outline)
@@ -98,10 +92,7 @@ def averaged(field: Grid) -> Grid:
     degrees, as families that change places do, none is known. On a mold with a radius of 400 mm directions 10 mm apart
     differ by less than a degree, as long as the shear is below 30 degrees.
 
-    Raises
-    ------
-    InputError
-        If none is known anywhere.
+    An `InputError` is raised if none is known anywhere.
     """
     reach = min(int(_MEAN_MM / field.spacing_mm), max(field.values.shape))
     if reach < 1:

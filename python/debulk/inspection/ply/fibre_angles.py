@@ -23,10 +23,8 @@ def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
 
     A Draping is returned as it is: `laid` reads it once the surface is known.
 
-    Raises
-    ------
-    InputError
-        For another shape, an infinite angle, or a grid without a point at which both angles are known.
+    An `InputError` is raised for another shape, an infinite angle, or a grid without a point at which both angles are
+    known.
     """
     if isinstance(value, Draping):
         return value
@@ -63,10 +61,7 @@ def laid(
 ) -> Floats | Grid:
     """Return checked angles, those of a Draping read from the ply that is draped over the reference so.
 
-    Raises
-    ------
-    InputError
-        If the ply cannot be draped so, as from a seed off the ply.
+    An `InputError` is raised if the ply cannot be draped so, as from a seed off the ply.
     """
     if not isinstance(angles, Draping):
         return angles
@@ -79,10 +74,7 @@ def laid(
 def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
     """Return the two angles at the nearest point of the grid, degrees.
 
-    Raises
-    ------
-    InputError
-        If the nearest point is outside the grid, or its angles are not known; names the place and a remedy.
+    An `InputError` is raised if the nearest point is outside the grid, or its angles are not known.
     """
     found, outside = looked_up(angles, xy_mm)
     if not np.isfinite(found).all():

@@ -43,10 +43,7 @@ class PlyOnMold:
     ) -> PlyOnMold:
         """Return a ply by its angles as they are given and, if those are measured, by nominal ones on the same grid.
 
-        Raises
-        ------
-        InputError
-            If measured and nominal angles are known at no common place of the ply.
+        An `InputError` is raised if measured and nominal angles are known at no common place of the ply.
         """
         if not isinstance(given, Grid):
             return cls(reference, outline, given, recipe)

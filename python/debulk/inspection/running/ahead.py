@@ -55,10 +55,7 @@ class Ahead(Generic[Result]):
     def result(self, cycle: Cycle) -> Result:
         """Wait for the result, and raise what the preparation raised.
 
-        Raises
-        ------
-        TimeoutError
-            If the deadline of the cycle passes before; the preparation continues.
+        A `TimeoutError` is raised if the deadline of the cycle passes before; the preparation continues.
         """
         while self._thread.is_alive():
             if cycle.stop.now():

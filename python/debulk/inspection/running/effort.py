@@ -27,10 +27,7 @@ _TIMES_SLOWER = {"ipopt": 25.0, "nlopt": 250.0}
 def check_map(low_mm: Floats, high_mm: Floats, spacing_mm: float, recipe: Recipe) -> None:
     """Refuse a height map that takes gigabytes for this box, and holes in it that take minutes each.
 
-    Raises
-    ------
-    InputError
-        Names the setting, the estimate and what would be accepted.
+    The error names the setting, the estimate and what would be accepted.
     """
     columns, rows = np.maximum(1.0, (high_mm - low_mm) / spacing_mm)
     gigabytes = columns * rows * _CELL_BYTES / 1e9
