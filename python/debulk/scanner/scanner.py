@@ -226,27 +226,28 @@ class Scanner:
                     f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
                 )
 
-        # Each camera has half of the threads: what a thread does alone in one keeps the other's busy.
+        # Each camera has half of the threads, so that what one does on a single thread leaves no core idle. The right
+        # images are judged beside the triangulation.
         half = ((self.threads or _core.default_threads()) + 1) // 2
         noises = [pool.submit(noise_of, stack, self.steps, self.sensor_noise, half, stop) for stack in stacks]
-        start = pool.submit(refuse_faults, stacks[0], self.periods, self.steps, noises[0].result(), self.start).result()
-
-        def decoded(k: int) -> Phase:
-            stack, noise = stacks[k], noises[k].result()
-            if k == 1:
-                refuse_faults(stack, self.periods, self.steps, noise, start)
-            given = self._maps[k], stack, self.periods, self.steps, noise, start, self.blur_px, half, stop
-            return decode_into(*given, planes=planes[k])
-
-        both = [pool.submit(decoded, k) for k in (0, 1)]
-        phases = []
-        for k, name in enumerate(("left", "right")):
-            report(f"decoding {name}", 0.1 + 0.3 * k)
-            phases.append(both[k].result())
-        self.left, self.right = phases
+        fringes = self.periods, self.steps
+        start = pool.submit(refuse_faults, stacks[0], *fringes, noises[0].result(), self.start).result()
+        decoding = []
+        for maps, stack, noise, kept in zip(self._maps, stacks, noises, planes, strict=True):
+            given = maps, stack, *fringes, noise.result(), start, self.blur_px, half, stop
+            decoding.append(pool.submit(decode_into, *given, planes=kept))
+        judged = pool.submit(refuse_faults, stacks[1], *fringes, noises[1].result(), start)
+        report("decoding left", 0.1)
+        left = decoding[0].result()
+        report("decoding right", 0.4)
+        right = decoding[1].result()
         report("triangulating", 0.7)
         points, uncertainty = out or empty_cloud(self.calibration)
-        work = points, uncertainty, phases[0], phases[1], self.calibration, self.threads, stop
-        scan = pool.submit(triangulate_into, *work).result()
+        triangulating = pool.submit(
+            triangulate_into, points, uncertainty, left, right, self.calibration, self.threads, stop
+        )
+        judged.result()
+        self.left, self.right = left, right
+        scan = triangulating.result()
         report("triangulating", 1.0)
         return scan
