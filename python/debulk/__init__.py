@@ -5,7 +5,9 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from debulk import _core
 from debulk._core import InputError
+from debulk.build import check_core
 from debulk.grid import Grid
 
 if TYPE_CHECKING:
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
     from debulk.verdict import Verdict
 
 __version__ = "0.4.0"
+check_core(getattr(_core, "build", "unknown"), __version__)
+
 __all__ = [
     "Cancelled",
     "Chain",
