@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import debulk
-from debulk import Inspector, Recipe, Verdict, pocket, scenes
-from debulk.inspection.evidence.raw_points import RawPoints
-from debulk.inspection.rawscan.riders import Rider, riders_on
+from debulk import Inspector, Recipe, Verdict, _core, pocket, scenes
+from debulk.inspection.rawscan.lost_places import lost
+from debulk.inspection.rawscan.narrow import Narrow
 
 Floats = NDArray[np.float64]
 Cloud = NDArray[np.float32]
@@ -103,11 +103,10 @@ class Ply:
         return 0.5 * most + 0.43 * THICKNESS_MM
 
 
-def riders_in(scan: Cloud, ply: Ply, inspector: Inspector) -> Iterator[Rider]:
-    """Yield all bumps that ride on any pocket of a scan."""
-    raw = RawPoints(scan, None, ply.layup.mold_from_scanner, inspector.grid_spacing_mm, inspector.prepared.image)
-    for found in inspector.find(scan).pockets:
-        yield from riders_on(found, raw, inspector.ply)
+def riders_in(scan: Cloud, inspector: Inspector) -> list[Narrow]:
+    """Return the narrow places of a scan that its height map has lost, and that could crease."""
+    found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
+    return [one.place for one in lost(inspector._narrow.find(scan, None), found, inspector.recipe)]
 
 
 def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -> Bell:
@@ -142,7 +141,7 @@ def main() -> None:
         report = inspector.inspect(scan)
         near = [
             r
-            for r in riders_in(scan, ply, inspector)
+            for r in riders_in(scan, inspector)
             if np.hypot(r.top_mm[0] - one.x, r.top_mm[1] - one.y) < 0.5 * one.wide_mm
         ]
         found += bool(near)
@@ -150,7 +149,7 @@ def main() -> None:
         true = ply.true_ridge_mm(one)
         false_cease += report.verdict is Verdict.CEASE and true > limit
         said[report.verdict.value] += 1
-        seen = f"{near[0].wide_mm:5.1f} wide {near[0].height_mm:4.1f} high" if near else "-"
+        seen = f"{2 * near[0].width_mm:5.1f} wide {near[0].height_mm:4.1f} high" if near else "-"
         rows.append(
             f"{number:4}{one.x:7.0f}{one.y:7.0f}{one.wide_mm:7.1f}{one.high_mm:6.1f}{true:9.2f}   {seen:22}"
             f"{report.verdict.value}"
@@ -158,7 +157,7 @@ def main() -> None:
         scan = ply.scan(rng)
         flying = rng.random(scan.shape[:2]) < FLYING_SHARE
         scan[flying, 2] -= rng.uniform(*FLYING_MM, np.count_nonzero(flying)).astype(np.float32)
-        flown += sum(1 for _ in riders_in(scan, ply, inspector))
+        flown += len(riders_in(scan, inspector))
     text = "\n".join(
         [
             f"{args.bells} bells {args.wide[0]:g} to {args.wide[1]:g} mm wide and {BELL_HIGH_MM[0]:g} to "

@@ -26,7 +26,6 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
-from debulk.inspection.evidence.raw_points import RawPoints
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.find.regions import finder_for
@@ -41,9 +40,9 @@ from debulk.inspection.ply.fibre_angles import Angles, checked_angles, laid
 from debulk.inspection.ply.humps import Hump, humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.ply.setup import Setup
-from debulk.inspection.rawscan import riders
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
-from debulk.inspection.rawscan.wrinkles import Standing, WrinkleSearch
+from debulk.inspection.rawscan.lost_places import lost
+from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Prepared, prepare
 from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
@@ -52,9 +51,7 @@ from debulk.inspection.settling import unsettled
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
 from debulk.report import Report
 from debulk.results.approval import approvals
-from debulk.results.finding import Finding
 from debulk.stopping import Running
-from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.chain.record import Chain
@@ -208,7 +205,7 @@ class Inspector:
         humps = in_parallel(preparation.stop, lambda: humps_of(reference.seen, self.ply), recipe.run.threads)
         with humps as found:  # these steps leave cores idle
             self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
-            self._wrinkles = WrinkleSearch(self.setup)
+            self._narrow = NarrowSearch(self.setup)
             self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
             self.chain = chain
             self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
@@ -392,7 +389,7 @@ class Inspector:
         `given` are the points before an offset was removed, which the export may have rounded.
         """
         filled = self._filled.find(points, sample, self.mask, stop)
-        standing = self._wrinkles.find(points, self.mask, stop)
+        standing = self._narrow.find(points, self.mask, stop)
         return filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
 
     def _judge(
@@ -425,30 +422,15 @@ class Inspector:
                     done = audit(pockets, done, ply, cycle)
             reports = shared_runs.named([one.report for one in done], pockets, ply)
             judged = Judged(pockets, done, reports, late)
-            ridden = [] if placed.finding else self._riding(points, sample, found, judged, ply, cycle.stop)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             filled, standing, recognised = searched()
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
             more = (recognised, named(lying.humps, largest, self.recipe), self._approved)
-            seen = Seen(ply, placed, found, plateaus, judged, ridden, standing, filled, *more)
+            hidden = lost(standing, found, self.recipe)
+            seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *more)
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)
-
-    def _riding(
-        self,
-        points: NDArray[np.float32],
-        sample: Sample,
-        found: Found,
-        judged: Judged,
-        ply: PlyOnMold,
-        stop: _core.Stop,
-    ) -> list[Finding]:
-        """Look for narrow bumps on top of pockets and of other places, if all pockets are CEASE so far."""
-        if any(one.report.verdict is not Verdict.CEASE for one in judged.evaluations):
-            return []
-        raw = RawPoints(points, self.mask, self._pose, sample.pitch_mm, self.prepared.image)
-        return riders.findings(raw, found, judged.pockets, ply, stop)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes import unseen
-from debulk.inspection.rawscan import narrow_bumps
 from debulk.results.report import LeftOut, PocketReport
 
 
@@ -54,7 +53,7 @@ def of_stages(stage: str) -> tuple[LeftOut, ...]:
     )
 
 
-def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[LeftOut, ...]:
+def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
     """Name what an unknown outline of the ply leaves out, and what the search of the scan did not examine."""
     entries = []
     if not outline_known:
@@ -67,9 +66,6 @@ def of_scan(found: Found, outline_known: bool, bumps_searched: bool) -> tuple[Le
                 "lower",
             )
         )
-    if found.parts and not bumps_searched:
-        apart_mm = max(found.pitch_mm, *(float(whole.heights.spacing_mm) for whole, _ in found.parts))
-        entries.append(narrow_bumps.not_looked_for(apart_mm))
     return (*entries, *unseen.left_out(found), *found.left_out)
 
 

@@ -17,6 +17,7 @@ from debulk.inspection.lines import places
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.rawscan import lost_places
 from debulk.report import Report
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -32,8 +33,8 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     findings = findings_of(CHECKS, seen)
     layup = compose(findings)
     entries = () if seen.placed.finding else places.left_out(found, judged.pockets, ply.recipe)
-    entries += left_out.of_scan(found, ply.outline is not None, seen.standing.bumps is not None)
-    entries += seen.standing.left_out + seen.filled.left_out()
+    entries += left_out.of_scan(found, ply.outline is not None)
+    entries += lost_places.left_out(seen.lost, seen.standing, found) + seen.filled.left_out()
     entries += tuple(entry for evaluation in judged.evaluations for entry in evaluation.left_out)
     entries += left_out.of_unsolved([evaluation.report for evaluation in judged.evaluations])
     entries += left_out.of_late([(one.report.id, one.late) for one in judged.evaluations if one.late])
@@ -52,7 +53,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         left_out=left_out.merged(entries),
         coverage=found.unseen.coverage,
         unseen=unseen.holes(found, judged.reports, ply.recipe),
-        wrinkles=seen.standing.wrinkles,
+        wrinkles=tuple(one.wrinkle for one in seen.lost if one.place.is_wrinkle),
         level=seen.placed.level,
         chain=None if seen.recognised is None else seen.recognised.report,
         warnings=seen.placed.warnings,

@@ -18,11 +18,11 @@ from debulk.inspection.ply import humps
 from debulk.inspection.rawscan import (
     edge_spread,
     filled,
-    narrow_bumps,
+    lost_places,
+    narrow,
     repeated_depths,
     shared_noise,
     smoothed,
-    wrinkles,
 )
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
@@ -63,12 +63,15 @@ CHECKS = (
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", false_acceptance.findings),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
-    Check("riders", lambda seen: seen.riders),
-    Check("wrinkles", lambda seen: wrinkles.findings(seen.standing, seen.ply.recipe), (wrinkles.LIMITS,)),
+    Check(
+        "wrinkles",
+        lambda seen: lost_places.wrinkle_findings(seen.lost, seen.ply.recipe.verdict.max_ridge_mm),
+        (narrow.LIMITS,),
+    ),
     Check(
         "narrow_bumps",
-        lambda seen: narrow_bumps.findings(seen.standing.bumps or (), seen.ply.recipe.verdict.max_ridge_mm),
-        (narrow_bumps.LIMITS,),
+        lambda seen: lost_places.bump_findings(seen.lost, seen.ply.recipe.verdict.max_ridge_mm),
+        (lost_places.LIMITS,),
     ),
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
     Check("filled", lambda seen: seen.filled.findings(seen.ply.recipe), (filled.LIMITS, smooth_patches.LIMITS)),

@@ -12,7 +12,8 @@ from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply.humps import Hump
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.filled import Filled
-from debulk.inspection.rawscan.wrinkles import Standing
+from debulk.inspection.rawscan.lost_places import Lost
+from debulk.inspection.rawscan.narrow import Standing
 from debulk.results.approval import Approval
 from debulk.results.chain import ChainReport
 from debulk.results.finding import Finding
@@ -55,11 +56,12 @@ class Seen:
     """Findings on flat places with a sharp edge."""
     judged: Judged
     """The pockets with their verdicts."""
-    riders: Sequence[Finding]
-    """Findings on narrow bumps on pockets and other places, which are looked for only where all pockets cease."""
     standing: Standing
+    lost: tuple[Lost, ...]
+    """`standing`, `lost`: what stands narrowly in the raw scan, and those of these places that the height map has lost
+    and that could crease."""
     filled: Filled
-    """`standing`, `filled`: what the raw scan shows."""
+    """What was filled in, clipped or smoothed in the raw scan."""
     recognised: Recognised | None = None
     """How the scan compares with the chain that was qualified; None: no chain was given."""
     humps: tuple[Hump, ...] = ()

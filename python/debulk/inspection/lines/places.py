@@ -54,13 +54,6 @@ def judged(found: Found, pockets: Sequence[FoundPocket], ply: PlyOnMold, stop: _
             yield replace(place, number=number, promoted=f"below the tolerances, but {why}")
 
 
-def standing(found: Found, judged: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop) -> Iterator[FoundPocket]:
-    """Yield the other places that stand up so high that they are no even ground; raises `Stopped`."""
-    if found.runs is not None:
-        high = found.runs.runs.gap_mm + ply.recipe.material.thickness_mm >= options.flag_mm(ply.recipe)
-        yield from _cut_out(found, _uncovered(found, judged) & high, ply, stop)
-
-
 def left_out(found: Found, judged: Sequence[FoundPocket], recipe: Recipe) -> tuple[LeftOut, ...]:
     """Name the bumps that the tolerances drop, and bound the excess of all that stands beside what is judged."""
     if found.runs is None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
 from debulk.inspection.evidence.edge_check import Outline
-from debulk.inspection.evidence.raw_points import HIGHEST_MM
+from debulk.inspection.evidence.sample import HIGHEST_MM
 from debulk.results.area import in_cm2
 
 

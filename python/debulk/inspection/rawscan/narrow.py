@@ -1,0 +1,276 @@
+"""What the filters take for noise: standing wrinkles, and bumps on the mold or on top of a pocket, all of them narrow.
+
+A fold 2 mm wide, or a foreign body under the ply 5 to 9 mm wide at its foot, covers a few rows of pixels. The filters
+of single points and the median of the height map remove such points, as they remove flying pixels. One search of the
+raw scan, before any filter, finds them all: what stands out of the scan's morphological opening is narrower than the
+opening's window (the top-hat transform; Soille, Morphological Image Analysis, 2003, section 4.5). What the ply does
+over longer ways, a pocket or the mold below, drops out. Whether the height map has lost such a place shows when the two
+are compared (`lost_places`); what both show is judged by the fibre lines alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk import _core
+from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.evidence.sample import HIGHEST_MM
+from debulk.inspection.ply.setup import Setup
+from debulk.inspection.running.stopping import heed
+from debulk.results.finding import Finding
+from debulk.results.report import LeftOut
+from debulk.verdict import Verdict
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of places that the filters take for noise; `tests/python/inspection/test_narrow.py` has such places."""
+
+    sample_mm: float = 1.0  # a denser scan is read in steps of this
+    window_mm: float = 17.0  # along the side of the opening's window: what is wider at its foot survives the filters
+    stands_out_mm: float = 0.4  # above the opening, at least
+    one_of: int = 8  # samples, but the `fewest` at least, are the top of a place: their mean is its height
+    flies: float = 1.5  # times the median of the top: what is higher is a flying pixel
+    noise: float = 3.0  # least height above the opening, over the median of all: the opening lies below by the noise
+    fewest: int = 4  # samples that stand out: fewer are flying pixels
+    widest_mm: float = 8.0  # at half the height; what is wider survives the filters
+    sunk_share: float = 0.07  # of the samples near by that lie deep below: in a highlight, half of them do
+    unseen_share: float = 0.3  # of the samples near by
+    near_samples: int = 3  # how far from a place "near by" is
+    steepest: float = 2.0  # height over the width of the foot; a bump that is steeper is not of a ply
+    wrinkle_mm: float = 40.0  # what is longer is a standing wrinkle
+    coarsest_mm: float = 4.0  # distance of samples from which on nothing so narrow is resolved
+    spoiled_share: float = 0.2  # of the ply's samples that stand out: more of them are no places but a spoiled scan
+
+
+LIMITS = Limits()
+_FAR_MM = 1e6  # beyond all heights
+_ROUND = 4 / math.pi  # a disc's diameter over its area over its diameter
+_FEWEST_PIXELS = 8  # along each side of an image
+_SOME = 5  # of so many rows and columns, one is read for the noise
+
+
+@dataclass(frozen=True, eq=False)
+class Narrow:
+    """One narrow place of the raw scan."""
+
+    top_mm: tuple[float, float]
+    """Mold XY of its highest sample."""
+    ends_mm: tuple[tuple[float, float], tuple[float, float]]
+    """Mold XY of the two ends of its longer axis."""
+    height_mm: float
+    """Above its surroundings."""
+    width_mm: float
+    length_mm: float
+    """`width_mm`, `length_mm`: at half its height."""
+    samples_mm: Floats
+    """(N, 3) its samples: mold XY, and heights above the reference."""
+
+    @property
+    def is_wrinkle(self) -> bool:
+        """Whether it is so long that it is a standing wrinkle, and no bump."""
+        return self.length_mm >= LIMITS.wrinkle_mm
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What stands narrowly in a raw scan."""
+
+    places: tuple[Narrow, ...] = ()
+    """The places, highest first."""
+    sample_mm: float = math.inf
+    """Distance of the samples; inf: the scan was not searched."""
+    left_out: tuple[LeftOut, ...] = ()
+    """What could not be looked for."""
+    unknown: Finding | None = None
+    """Why it is not known whether anything stands narrowly; None if it is known."""
+
+
+class NarrowSearch:
+    """Looks for narrow places in scan after scan."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._motion = setup.pose[:3].astype(np.float32)
+        self._ground, self._first_mm, self._spacing_mm = _ground(setup)
+
+    def find(self, scan: Cloud, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
+        """Find the narrow places of an organised scan; in any other cloud they cannot be looked for.
+
+        A deadline of the stop ends the search with a finding.
+        """
+        if scan.ndim != 3 or min(scan.shape[:2]) < _FEWEST_PIXELS:
+            return _not_searched("the scan is no image: which points are neighbours is not known")
+        pitch_mm = _pitch_mm(scan)
+        if not pitch_mm > 0:
+            return _not_searched("the pitch of the scan's pixels is not known")
+        if pitch_mm > LIMITS.coarsest_mm:
+            return _not_searched(f"the pixels are {pitch_mm:.2g} mm apart")
+        try:
+            return self._find(scan, mask, pitch_mm, stop or _core.Stop())
+        except _core.Stopped:
+            if stop is None or stop.cancelled:
+                raise
+            why = "the deadline passed before the scan was searched for what the filters take for noise"
+            return _not_searched("the deadline passed", Finding("deadline", Verdict.UNDECIDED, why))
+
+    def _find(self, scan: Cloud, mask: Bools | None, pitch_mm: float, stop: _core.Stop) -> Standing:
+        step = max(1, int(LIMITS.sample_mm / pitch_mm))
+        sample_mm = step * pitch_mm
+        with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
+            thinned = np.ascontiguousarray(scan[::step, ::step], dtype=np.float32)
+            points = np.asarray(cv2.transform(thinned, self._motion), dtype=np.float32)
+            if mask is not None:
+                points[mask[::step, ::step]] = np.nan
+            heed(stop, "the search for what the filters take for noise")
+            height = self._above(points)
+            heed(stop, "the search for what the filters take for noise")
+            out = height - _opened(height, LIMITS.window_mm / sample_mm)
+            heed(stop, "the search for what the filters take for noise")
+            least_mm = max(LIMITS.stands_out_mm, LIMITS.noise * float(np.nanmedian(out[::_SOME, ::_SOME])))
+            stands = (out > least_mm) & (out < HIGHEST_MM)
+        if np.count_nonzero(stands) > LIMITS.spoiled_share * np.count_nonzero(np.isfinite(height)):
+            why = (
+                f"the scan is spoiled: more than {LIMITS.spoiled_share:.0%} of it stand out sharply from what is "
+                "around, and nothing narrow that stands on the ply can be found or ruled out; scan again"
+            )
+            return _not_searched("the scan is spoiled", Finding("raw_scan", Verdict.INVALID, why))
+        places = []
+        for part, own in _groups(stands, LIMITS.wrinkle_mm / sample_mm):
+            heed(stop, "the search for what the filters take for noise")
+            place = _measured(points[part], height[part], out[part], own, sample_mm)
+            if place is not None:
+                places.append(place)
+        places.sort(key=lambda place: (-place.height_mm, place.top_mm))
+        return Standing(tuple(places), sample_mm)
+
+    def _above(self, points: Cloud) -> NDArray[np.float32]:
+        """Return the heights (H, W) of points above the reference; NaN off the ply and where nothing was seen."""
+        column, row = ((points[..., k] - np.float32(self._first_mm[k])) / np.float32(self._spacing_mm) for k in (0, 1))
+        off = ~(np.isfinite(column) & np.isfinite(row))
+        column[off] = row[off] = -_FEWEST_PIXELS
+        below = cv2.remap(
+            self._ground, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=math.nan
+        )
+        return np.asarray(points[..., 2] - below, dtype=np.float32)
+
+
+def _ground(setup: Setup) -> tuple[NDArray[np.float32], Floats, float]:
+    """Return the reference's heights on the grid of `seen`, NaN where it is not known and off the ply."""
+    seen, datum = setup.prepared.seen, setup.prepared.datum
+    coarse = np.asarray(datum.heights_mm, dtype=np.float32)
+    column, row = (
+        ((mm - first) / datum.spacing_mm).astype(np.float32)
+        for mm, first in zip((seen.x_mm, seen.y_mm), datum.origin_mm, strict=True)
+    )
+    columns, rows = np.meshgrid(column, row)
+    between = cv2.remap(coarse, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    ground = np.asarray(between, dtype=np.float32)
+    ground[~np.isfinite(seen.values)] = np.nan
+    if setup.outline is not None:
+        inside = np.zeros(ground.shape, np.uint8)
+        cv2.fillPoly(inside, [seen.cells(setup.outline).astype(np.int32)], 1)
+        ground[inside == 0] = np.nan
+    return ground, np.asarray(seen.origin_mm, dtype=np.float64), float(seen.spacing_mm)
+
+
+def _opened(height: NDArray[np.float32], window: float) -> NDArray[np.float32]:
+    """Return the opening of an image of heights; single samples that lie deep are closed first. NaN: not known."""
+    side = max(3, 2 * round(window / 2) + 1)
+    wide, small = (cv2.getStructuringElement(cv2.MORPH_RECT, (n, n)) for n in (side, 3))
+    low = np.where(np.isfinite(height), height, np.float32(-_FAR_MM))
+    for grow, shape in ((True, small), (False, small), (False, wide), (True, wide)):
+        known = np.abs(low) < 0.5 * _FAR_MM
+        low = np.where(known, low, np.float32(-_FAR_MM if grow else _FAR_MM))  # what is not known takes no part
+        low = cv2.dilate(low, shape) if grow else cv2.erode(low, shape)
+    return np.asarray(np.where(np.abs(low) < 0.5 * _FAR_MM, low, np.float32(np.nan)))
+
+
+def _groups(stands: Bools, long: float) -> Iterator[tuple[tuple[slice, slice], Bools]]:
+    """Yield the window of each group of samples that is solid or as long as a wrinkle, and which are its own."""
+    # A crest may lie between samples, so that what lies between two that stand out joins them.
+    joined = cv2.morphologyEx(stands.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    count, labels, boxes, _ = cv2.connectedComponentsWithStats(joined, connectivity=8)
+    number = np.bincount(labels[stands], minlength=count)
+    pairs = stands[:-1] & stands[1:]
+    blocks = np.bincount(labels[:-1, :-1][pairs[:, :-1] & pairs[:, 1:]], minlength=count)
+    extent = np.hypot(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT])
+    number[0] = 0  # the rest of the image
+    around = LIMITS.near_samples
+    for label in np.flatnonzero((number >= LIMITS.fewest) & ((blocks > 0) | (extent >= long))):
+        x, y, wide, high, _ = boxes[label].tolist()
+        part = slice(max(0, y - around), y + high + around), slice(max(0, x - around), x + wide + around)
+        yield part, (labels[part] == label) & stands[part]
+
+
+def _measured(
+    points: Cloud, height: NDArray[np.float32], out: NDArray[np.float32], own: Bools, sample_mm: float
+) -> Narrow | None:
+    """Measure a group of samples in its window; None: it is no narrow place of a ply."""
+    highest = np.flatnonzero(own)[np.argsort(-out[own], kind="stable")]
+    top = out.flat[highest[: max(LIMITS.fewest, len(highest) // LIMITS.one_of)]]
+    peak_mm = float(np.minimum(top, LIMITS.flies * np.median(top)).mean())
+    upper = own & (out > 0.5 * peak_mm)
+    count = int(np.count_nonzero(upper))
+    at = np.argwhere(upper) * sample_mm
+    off = at - at.mean(axis=0)
+    _, _, axes = np.linalg.svd(off, full_matrices=False)
+    along = off @ axes[0]
+    length_mm = float(np.ptp(along)) + sample_mm
+    width_mm = count * sample_mm**2 / length_mm
+    if length_mm < 3 * width_mm:
+        width_mm = min(length_mm, _ROUND * width_mm)
+    is_long = length_mm >= LIMITS.wrinkle_mm
+    if count < LIMITS.fewest or width_mm > LIMITS.widest_mm or not (is_long or _solid(upper)):
+        return None
+    # The crest lies between samples: what the mean over two by two of them is of the height of a bell, cos² by cos².
+    turn = np.pi * sample_mm / width_mm
+    shown = (0.5 + 0.5 * math.sin(turn) / turn) ** 2
+    height_mm = peak_mm if is_long else peak_mm / shown
+    if not is_long and height_mm > LIMITS.steepest * 2 * width_mm:
+        return None
+    side = 2 * LIMITS.near_samples + 1
+    near = cv2.dilate(own.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+    beside = out[near]
+    if np.mean(beside < -0.25 * peak_mm) > LIMITS.sunk_share or np.mean(~np.isfinite(beside)) > LIMITS.unseen_share:
+        return None
+    places = points[upper][:, :2].astype(np.float64)
+    first, last, summit = places[along.argmin()], places[along.argmax()], points.reshape(-1, 3)[highest[0]]
+    return Narrow(
+        top_mm=(float(summit[0]), float(summit[1])),
+        ends_mm=((float(first[0]), float(first[1])), (float(last[0]), float(last[1]))),
+        height_mm=height_mm,
+        width_mm=width_mm,
+        length_mm=length_mm,
+        samples_mm=np.column_stack([points[own][:, :2], height[own]]).astype(np.float64),
+    )
+
+
+def _solid(stands: Bools) -> bool:
+    """Return whether four neighbouring samples of an image, two by two, stand out: a line of flying pixels has none."""
+    pairs = stands[:-1] & stands[1:]
+    return bool((pairs[:, :-1] & pairs[:, 1:]).any())
+
+
+def _pitch_mm(scan: Cloud) -> float:
+    """Return the median distance of neighbouring pixels in the middle of an image; NaN if nothing was seen there."""
+    rows, columns = scan.shape[0] // 2, scan.shape[1] // 2
+    middle = scan[rows - rows // 4 : rows + rows // 4 : max(1, rows // 32), columns // 2 : columns + columns // 2]
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.linalg.norm(np.diff(middle, axis=1), axis=2)
+        steps = steps[np.isfinite(steps)]
+    return float(np.median(steps)) if steps.size else math.nan
+
+
+def _not_searched(why: str, unknown: Finding | None = None) -> Standing:
+    entry = LeftOut(
+        what="wrinkles that stand already, and bumps that the filters take for noise",
+        why=why,
+        bound="none: what is wider than the filters' windows is a bump or a pocket, and judged as such",
+    )
+    return Standing(left_out=(entry,), unknown=unknown)
