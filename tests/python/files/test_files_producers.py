@@ -219,7 +219,6 @@ def test_far_text_that_only_the_other_reader_knows(tmp_path):
         ("a.3mf", b"PK\x03\x04", "3MF data"),
         ("a", made.ply(POINTS), "holds .ply data; rename it to end in .ply"),
         ("a.PCD2", made.pcd(b""), "rename it to end in .pcd"),
-        ("a.las", b"", "LAS data, which debulk does not read"),
     ],
 )
 def test_other_formats_are_named_with_the_way_out(tmp_path, name, data, part):

@@ -161,9 +161,9 @@ def test_places_that_a_deadline_cuts_off_leave_the_layup_undecided(monkeypatch):
 
 @pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
 def test_a_long_ridge_below_the_cut_is_not_passed(regions):
-    """A ridge of 1.9 mm above the mold, 10 by 150 mm: a fibre over it is 0.60 mm too long, and the filters lower it."""
+    """A ridge of 1.9 mm above the mold, 6 by 150 mm: a fibre over it is 1.0 mm too long, and the filters lower it."""
     inspector = laid_ply.inspector(regions)
-    scan = laid_ply.scan(laid_ply.bell(50, 30, 10, 1.6, 150))
+    scan = laid_ply.scan(laid_ply.bell(50, 30, 6, 1.6, 150))
     found = inspector.find(scan)
     assert (found.pockets, found.dropped) == ((), ())
     assert inspector.inspect(scan).verdict is not Verdict.CEASE

@@ -224,6 +224,6 @@ def test_an_error_of_the_body_ends_the_work_beside_it():
 
 
 def test_an_error_of_the_search_in_the_raw_scan_is_no_verdict(layup, inspector, monkeypatch):
-    monkeypatch.setattr(inspector._wrinkles, "find", lambda *_: 1 / 0)
+    monkeypatch.setattr(inspector._narrow, "find", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         inspector.inspect(layup.scan)

@@ -218,9 +218,9 @@ def _measured(
     upper = own & (out > 0.5 * peak_mm)
     count = int(np.count_nonzero(upper))
     at = np.argwhere(upper) * sample_mm
-    off = at - at.mean(axis=0)
-    _, _, axes = np.linalg.svd(off, full_matrices=False)
-    along = off @ axes[0]
+    y, x = (at - at.mean(axis=0)).T
+    turn = 0.5 * math.atan2(2.0 * float((x * y).sum()), float((x * x - y * y).sum()))  # the longer principal axis
+    along = math.cos(turn) * x + math.sin(turn) * y
     length_mm = float(np.ptp(along)) + sample_mm
     width_mm = count * sample_mm**2 / length_mm
     if length_mm < 3 * width_mm:
@@ -229,8 +229,8 @@ def _measured(
     if count < LIMITS.fewest or width_mm > LIMITS.widest_mm or not (is_long or _solid(upper)):
         return None
     # The crest lies between samples: what the mean over two by two of them is of the height of a bell, cos² by cos².
-    turn = np.pi * sample_mm / width_mm
-    shown = (0.5 + 0.5 * math.sin(turn) / turn) ** 2
+    phase = math.pi * sample_mm / width_mm
+    shown = (0.5 + 0.5 * math.sin(phase) / phase) ** 2
     height_mm = peak_mm if is_long else peak_mm / shown
     if not is_long and height_mm > LIMITS.steepest * 2 * width_mm:
         return None
