@@ -134,7 +134,7 @@ def bump_findings(places: Sequence[Lost], limit_mm: float) -> list[Finding]:
         Finding(
             "narrow_bumps",
             Verdict.UNDECIDED,
-            f"{_named(one.place)}, is narrower than what the height map resolves, and with what lies below it its "
+            f"{_named(one.place)} is narrower than what the height map resolves, and with what lies below it its "
             f"fibres could make a ridge of {one.most_mm:.2f} mm: look there, and scan again",
             one.most_mm,
             limit_mm,
