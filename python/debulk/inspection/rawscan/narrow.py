@@ -32,7 +32,8 @@ from debulk.verdict import Verdict
 class Limits:
     """Of places that the filters take for noise; `tests/python/inspection/test_narrow.py` has such places."""
 
-    sample_mm: float = 1.0  # a denser scan is read in steps of this
+    sample_mm: float = 1.0  # a denser scan is read in steps of about this
+    narrowest_ply_mm: float = 8.0  # pixels so far apart show which part of an image is the ply's
     window_mm: float = 17.0  # along the side of the opening's window: what is wider at its foot survives the filters
     stands_out_mm: float = 0.4  # above the opening, at least
     one_of: int = 8  # samples, but the `fewest` at least, are the top of a place: their mean is its height
@@ -120,15 +121,17 @@ class NarrowSearch:
             return _not_searched("the deadline passed", Finding("deadline", Verdict.UNDECIDED, why))
 
     def _find(self, scan: Cloud, mask: Bools | None, pitch_mm: float, stop: _core.Stop) -> Standing:
-        step = max(1, int(LIMITS.sample_mm / pitch_mm))
+        step = max(1, round(LIMITS.sample_mm / pitch_mm))
         sample_mm = step * pitch_mm
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            thinned = np.ascontiguousarray(scan[::step, ::step], dtype=np.float32)
-            points = np.asarray(cv2.transform(thinned, self._motion), dtype=np.float32)
+            part = self._part(scan, max(1, int(LIMITS.narrowest_ply_mm / pitch_mm)))
+            points = self._in_mold(scan[part][::step, ::step])
             if mask is not None:
-                points[mask[::step, ::step]] = np.nan
+                points[mask[part][::step, ::step]] = np.nan
             heed(stop, "the search for what the filters take for noise")
             height = self._above(points)
+            if not np.isfinite(height).any():
+                return Standing(sample_mm=sample_mm)
             heed(stop, "the search for what the filters take for noise")
             out = height - _opened(height, LIMITS.window_mm / sample_mm)
             heed(stop, "the search for what the filters take for noise")
@@ -148,6 +151,17 @@ class NarrowSearch:
                 places.append(place)
         places.sort(key=lambda place: (-place.height_mm, place.top_mm))
         return Standing(tuple(places), sample_mm)
+
+    def _in_mold(self, scan: Cloud) -> Cloud:
+        moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
+        return np.asarray(moved, dtype=np.float32)
+
+    def _part(self, scan: Cloud, apart: int) -> tuple[slice, slice]:
+        """Return the rows and columns of an image that show the ply, from pixels so far apart."""
+        seen = np.isfinite(self._above(self._in_mold(scan[::apart, ::apart])))
+        ends = [np.flatnonzero(seen.any(axis=axis))[[0, -1]] if seen.any() else (0, 0) for axis in (1, 0)]
+        rows, columns = (slice(max(0, first - 1) * apart, (last + 2) * apart) for first, last in ends)
+        return rows, columns
 
     def _above(self, points: Cloud) -> NDArray[np.float32]:
         """Return the heights (H, W) of points above the reference; NaN off the ply and where nothing was seen."""
