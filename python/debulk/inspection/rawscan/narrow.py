@@ -54,6 +54,7 @@ LIMITS = Limits()
 _FAR_MM = 1e6  # beyond all heights
 _ROUND = 4 / math.pi  # a disc's diameter over its area over its diameter
 _FEWEST_PIXELS = 8  # along each side of an image
+_SEARCH = "the search for what the filters take for noise"
 _SOME = 5  # of so many rows and columns, one is read for the noise
 
 
@@ -128,14 +129,17 @@ class NarrowSearch:
             points = self._in_mold(scan[part][::step, ::step])
             if mask is not None:
                 points[mask[part][::step, ::step]] = np.nan
-            heed(stop, "the search for what the filters take for noise")
+            heed(stop, _SEARCH)
             height = self._above(points)
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
-            heed(stop, "the search for what the filters take for noise")
+            heed(stop, _SEARCH)
             out = height - _opened(height, LIMITS.window_mm / sample_mm)
-            heed(stop, "the search for what the filters take for noise")
-            least_mm = max(LIMITS.stands_out_mm, LIMITS.noise * float(np.nanmedian(out[::_SOME, ::_SOME])))
+            heed(stop, _SEARCH)
+            some = out[::_SOME, ::_SOME]
+            some = some[np.isfinite(some)]
+            noise_mm = float(np.median(some)) if some.size else 0.0
+            least_mm = max(LIMITS.stands_out_mm, LIMITS.noise * noise_mm)
             stands = (out > least_mm) & (out < HIGHEST_MM)
         if np.count_nonzero(stands) > LIMITS.spoiled_share * np.count_nonzero(np.isfinite(height)):
             why = (
@@ -145,7 +149,7 @@ class NarrowSearch:
             return _not_searched("the scan is spoiled", Finding("raw_scan", Verdict.INVALID, why))
         places = []
         for part, own in _groups(stands, LIMITS.wrinkle_mm / sample_mm):
-            heed(stop, "the search for what the filters take for noise")
+            heed(stop, _SEARCH)
             place = _measured(points[part], height[part], out[part], own, sample_mm)
             if place is not None:
                 places.append(place)

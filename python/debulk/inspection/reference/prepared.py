@@ -91,32 +91,33 @@ def prepare(
     recipe: Recipe,
     preparation: Preparation,
 ) -> Prepared:
-    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera."""
+    """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera.
+
+    One copy of the cloud is made at most, and all work is done in that copy.
+    """
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     place = FarPlace.of(reference, mold_from_scanner, camera)
     reference, pose = place.near(reference, "reference", stop), place.pose(mold_from_scanner)
-    heights, image, sample, trace = _gridded(reference, pose, camera, mask, recipe, preparation)
+    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes longer than the copy
+        points, image, sample = _cleaned(reference, pose, camera, mask, recipe, preparation)
+    trace = fingerprinted()
+    heights = _gridded(points, sample, pose, mask, recipe, preparation)
+    del points  # the memory of a cloud, which the fit does not need
     fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace, place)
 
 
 def _gridded(
-    reference: ArrayLike,
+    points: Cloud,
+    of_scanner: NDArray[np.float32],
     mold_from_scanner: Floats | None,
-    camera: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
     preparation: Preparation,
-) -> tuple[Grid, PinholeImage | None, NDArray[np.float32], ArrayTrace | None]:
-    """Return the cleaned cloud's heights on a grid, its camera's image, a sample, and the given cloud's fingerprint.
-
-    One copy of the cloud is made at most, and all work is done in that copy.
-    """
+) -> Grid:
+    """Return the cleaned cloud's heights on a grid, checked against a sample of what was given."""
     threads, stop = recipe.run.threads, preparation.stop
-    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes longer than the copy
-        points, image, of_scanner = _cleaned(reference, mold_from_scanner, camera, mask, recipe, preparation)
-    trace = fingerprinted()
     try:
         spacing, pitch = _spacing_mm(points, recipe, stop)
     except InputError as error:
@@ -131,7 +132,7 @@ def _gridded(
         if mold_from_scanner is not None:
             seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
         resolution.check_neighbours(seen[:, :2], heights)
-    return heights, image, of_scanner, trace
+    return heights
 
 
 def _cleaned(
