@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import pocket, scenes
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from lab.varied import varied_layup
 from lab.varied.filters import FILTERS, filtered

@@ -8,7 +8,7 @@ import pytest
 
 import laid_ply
 from debulk import Inspector, Recipe, scenes
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from debulk.verdict import Verdict
 from lab.varied import varied_layup

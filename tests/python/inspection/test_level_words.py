@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from debulk import Recipe
-from debulk.inspection.evidence.edge_check import EdgeFit
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.inspection.place import level
-from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason
+from debulk.inspection.place.level_reason import level_reason, same_reason
 
 pytestmark = pytest.mark.unit
 
@@ -258,10 +257,6 @@ def test_the_sentences_to_the_letter():
         "scan and reference are the same: 100 % of their points agree bit for bit; give the scan of the draped ply and "
         "the reference from before it was draped, with all the digits that the scanner gave"
     )
-    assert edge_reason(EdgeFit(judged=9, off_share=1.0, far_row=3, off_mm=0.6, at_mm=np.array([10.0, -20.4]))) == (
-        "the outline does not fit the scan: along 100 % of it the ply's edge is elsewhere, round (10, -20) mm 1 mm "
-        "outside it; check that it is this ply's, not mirrored, and in the mold's frame"
-    )
 
 
 @pytest.mark.parametrize(("error_mm", "surely"), [(0.3, False), (0.15, True)])  # of a square of few points
@@ -277,10 +272,5 @@ def test_the_worst_square_is_the_one_that_is_surely_off(error_mm, surely):
     assert "worst by" in said and ("worst by +0.90" in said) == surely
 
 
-def test_the_other_reasons_name_share_and_side():
+def test_the_same_scan_is_named_with_its_share():
     assert "are the same: 53 % of their points" in same_reason(0.53)
-    outside = edge_reason(EdgeFit(judged=9, off_share=0.31, far_row=3, off_mm=14.0, at_mm=(10.0, -20.4)))
-    assert "along 31 % of it" in outside and "round (10, -20) mm 14 mm outside it" in outside
-    assert "6 mm inside it" in edge_reason(
-        EdgeFit(judged=9, off_share=0.31, far_row=3, off_mm=-6.0, at_mm=(10.0, -20.4))
-    )

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
-from debulk.inspection.evidence.edge_check import Outline
-from debulk.inspection.place.edge_beyond import find_beyond
+from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.place import ply_edge
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
 from lab.varied import given_right, varied_layup
@@ -38,8 +38,12 @@ def inspect(family, regions, outline):
     return Inspector(recipe, prepared(family), outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
 
 
-def fitted(outline, heights):
-    return outline.fit(outline.strips(heights), 0.3, 2.0)
+def edges_mm(outline, heights):
+    return ply_edge.edges_mm(outline, outline.strips(heights), 0.3, 2.0)
+
+
+def misfit(outline, heights):
+    return ply_edge.misfit(outline, outline.strips(heights), 0.3, 2.0, 0.2)
 
 
 BOTH = pytest.mark.parametrize("family", ["first", "varied"])
@@ -100,13 +104,15 @@ def test_the_edge_is_found_where_it_is(sense):
     turn = sense * np.linspace(0, 2 * np.pi, 90, endpoint=False)
     for radius in (100, 108, 132, 140):
         circle = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        fit = fitted(Outline(circle), heights)
-        assert fit.off_share > 0.95
-        assert fit.off_mm == pytest.approx(120 - radius, abs=3)
+        assert edges_mm(Outline(circle), heights) == pytest.approx(120 - radius, abs=4.5)
+        found = misfit(Outline(circle), heights)
+        assert found.measured == 1
+        assert re.search(f"along 100 % .* {'outside' if radius < 120 else 'inside'} it; check that", found.reason)
     circle = 120 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    fit = fitted(Outline(circle), heights)
-    assert fit.judged >= 15
-    assert fit.off_share == 0
+    found = edges_mm(Outline(circle), heights)
+    assert len(found) >= 15
+    assert np.abs(found).max() <= 4
+    assert misfit(Outline(circle), heights) is None
 
 
 def rectangle(length, width):
@@ -119,11 +125,9 @@ def test_a_short_side_that_is_cut_off_is_seen_in_a_long_outline(cut):
     x, y = np.meshgrid(np.arange(-80.0, 781.0, 2.0), np.arange(-80.0, 281.0, 2.0))
     on_ply = (x > 0) & (x < 700) & (y > 0) & (y < 200)
     heights = Grid(np.where(on_ply, 0.3, 0.0), np.array([-80.0, -80.0]), 2.0)
-    fit = fitted(Outline(rectangle(700.0 - cut, 200.0)), heights)
-    assert fit.off_share < 0.2
-    assert (fit.far_row >= 3) == (cut >= 30)
-    if cut == 0:
-        assert fit.off_share == 0
+    outline = Outline(rectangle(700.0 - cut, 200.0))
+    assert np.mean(np.abs(edges_mm(outline, heights)) > 6) < (0.2 if cut else 1e-9)
+    assert (misfit(outline, heights) is not None) == (cut >= 30)
 
 
 def from_y(corners, y):
@@ -155,7 +159,7 @@ def beside(raised, outline):
     x, y = np.meshgrid(np.arange(-80.0, 381.0, 2.0), np.arange(-80.0, 281.0, 2.0))
     ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
     edge = Outline(outline)
-    return find_beyond(edge, edge.strips(Grid(raised(x, y, ply), np.array([-80.0, -80.0]), 2.0)), 0.3, 0.0)
+    return ply_edge.left_out(edge, edge.strips(Grid(raised(x, y, ply), np.array([-80.0, -80.0]), 2.0)), 0.3, 0.0)
 
 
 def flat(x, y, ply):
@@ -201,8 +205,8 @@ def test_ply_and_pockets_outside_the_outline_are_found(way):
     raised, outline = LEFT_OUT[way]
     found = beside(raised, outline)
     assert found is not None
-    assert found.height_mm > 0.2
-    assert not pocket.inside(outline, np.array([found.at_mm]))[0]
+    assert found.measured > 40
+    assert not pocket.inside(outline, np.array([found.place_mm]))[0]
 
 
 def test_objects_beside_the_ply_and_stray_points_are_no_ply():
@@ -269,7 +273,7 @@ def test_a_pocket_on_the_outline_goes_on_outside_it_or_is_only_spread(short_mm, 
     if spread_mm:
         heights = cv2.GaussianBlur(heights, (0, 0), spread_mm)
     edge = Outline(rectangle(300 - short_mm, 200))
-    found = find_beyond(edge, edge.strips(Grid(heights, np.array([-40.0, -40.0]), 1.0)), 0.3, 0.0, 1.0)
+    found = ply_edge.left_out(edge, edge.strips(Grid(heights, np.array([-40.0, -40.0]), 1.0)), 0.3, 0.0, 1.0)
     assert (found is not None) is seen
 
 
@@ -283,5 +287,5 @@ def test_a_step_of_the_mold_that_the_smooth_surface_cuts_off_is_no_ply_beside_th
     missed = outline.missed(mold.missed_mm, 0.15)
     ply = (x > 0) & (x < 200) & (y > 0) & (y < 160)
     strips = outline.strips(Grid(cut_off + 0.3 * ply, np.array([-60.0, -60.0]), 2.0))
-    assert find_beyond(outline, strips, 0.3, 0.0) is not None
-    assert find_beyond(outline, strips - missed, 0.3, 0.0) is None
+    assert ply_edge.left_out(outline, strips, 0.3, 0.0) is not None
+    assert ply_edge.left_out(outline, strips - missed, 0.3, 0.0) is None

@@ -11,9 +11,9 @@ from debulk.inspection.checks import approval, false_acceptance, fibre_angles, p
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.clouds import repeated_pixels, unit
-from debulk.inspection.evidence import edge_check, smooth_patches, two_layers
+from debulk.inspection.evidence import smooth_patches, two_layers
 from debulk.inspection.holes import unseen
-from debulk.inspection.place import edge_beyond, level, mold_edge, plateaus, steep
+from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import humps
 from debulk.inspection.rawscan import (
     edge_spread,
@@ -48,7 +48,7 @@ CHECKS = (
     Check("steep_mold", _of_place("steep_mold"), (steep.LIMITS,)),
     Check("mold_edge", _of_place("mold_edge"), (mold_edge.LIMITS,)),
     Check("level", _of_place("level"), (level.LIMITS,)),
-    Check("ply_edge", _of_place("ply_edge"), (edge_check.LIMITS, edge_beyond.LIMITS)),
+    Check("ply_edge", _of_place("ply_edge"), (ply_edge.LIMITS,)),
     Check("largest_pocket", _of_place("largest_pocket")),
     Check("reference_humps", lambda seen: humps.findings(seen.humps, seen.ply.recipe)),
     Check("coverage", pockets.coverage),

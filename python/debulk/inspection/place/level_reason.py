@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk.inspection.evidence.edge_check import EdgeFit
 from debulk.inspection.place.level import LIMITS, Deviation
 from debulk.inspection.place.level_step import Step, step_of
 from debulk.recipe import options
@@ -22,16 +21,6 @@ def same_reason(share: float) -> str:
     return (
         f"scan and reference are the same: {100 * share:.0f} % of their points agree bit for bit; give the scan of the "
         "draped ply and the reference from before it was draped, with all the digits that the scanner gave"
-    )
-
-
-def edge_reason(fit: EdgeFit) -> str:
-    """Say where the outline does not fit."""
-    x, y = fit.at_mm
-    shift = f"{abs(fit.off_mm):.0f} mm {'outside' if fit.off_mm > 0 else 'inside'}"
-    return (
-        f"the outline does not fit the scan: along {100 * fit.off_share:.0f} % of it the ply's edge is elsewhere, "
-        f"round ({x:.0f}, {y:.0f}) mm {shift} it; check that it is this ply's, not mirrored, and in the mold's frame"
     )
 
 

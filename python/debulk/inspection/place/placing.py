@@ -16,17 +16,15 @@ from debulk.inspection.clouds.offset import raised
 from debulk.inspection.clouds.repeated_pixels import repeated_reason, repeated_share
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.clouds.unit import unit_reason, width_of
-from debulk.inspection.evidence import edge_check
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
 from debulk.inspection.evidence.two_layers import layers_apart_mm, layers_reason
 from debulk.inspection.find.found import Found
-from debulk.inspection.place import plateaus
-from debulk.inspection.place.edge_beyond import beyond_reason, find_beyond
+from debulk.inspection.place import plateaus, ply_edge
 from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
-from debulk.inspection.place.level_reason import edge_reason, level_reason, same_reason
+from debulk.inspection.place.level_reason import level_reason, same_reason
 from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
@@ -162,21 +160,16 @@ class Placing:
         placed = self._judge(sample, outlines_mm)
         if placed.finding or self.outline is None:
             return placed
-        recipe = self._recipe
-        strips = self.outline.strips(heights)
-        fit = self.outline.fit(strips, self._thickness_mm, recipe.segmentation.cut_height_mm)
-        most = recipe.level.largest_edge_share
-        if fit.judged and (fit.off_share > most or fit.far_row >= edge_check.LIMITS.far_stretches):
-            x, y = float(fit.at_mm[0]), float(fit.at_mm[1])
-            finding = Finding("ply_edge", Verdict.INVALID, edge_reason(fit), fit.off_share, most, place_mm=(x, y))
-            return replace(placed, finding=finding)
+        recipe, strips = self._recipe, self.outline.strips(heights)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        beyond = find_beyond(self.outline, strips - self._missed, self._thickness_mm, raised_mm, heights.spacing_mm)
-        if beyond is None:
-            return placed
-        at, reason = beyond.at_mm, beyond_reason(beyond)
-        finding = Finding("ply_edge", Verdict.INVALID, reason, beyond.area_mm2, unit="mm²", place_mm=at)
-        return replace(placed, finding=finding)
+        finding = ply_edge.misfit(
+            self.outline,
+            strips,
+            self._thickness_mm,
+            recipe.segmentation.cut_height_mm,
+            recipe.level.largest_edge_share,
+        ) or ply_edge.left_out(self.outline, strips - self._missed, self._thickness_mm, raised_mm, heights.spacing_mm)
+        return placed if finding is None else replace(placed, finding=finding)
 
     def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
         """Return the share of the points on the ply that are the reference's own, bit for bit.

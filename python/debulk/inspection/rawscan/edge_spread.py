@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.reference.prepared import Prepared
 

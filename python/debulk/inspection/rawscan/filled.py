@@ -31,7 +31,7 @@ from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
-    from debulk.inspection.evidence.edge_check import Outline
+    from debulk.inspection.evidence.outline import Outline
     from debulk.inspection.evidence.ply_zones import PlyZones
     from debulk.inspection.ply.setup import Setup
     from debulk.recipe import Recipe

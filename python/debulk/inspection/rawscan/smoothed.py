@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared

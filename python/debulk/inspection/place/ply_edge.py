@@ -1,8 +1,7 @@
-"""A check that nothing of the ply lies outside the outline, where no pocket is looked for.
+"""Whether the ply ends at its outline: inside it lies ply, and outside it the bare mold, where no pocket is looked for.
 
-A step from ply to mold along the outline shows where the ply ends. Where the ply goes on at both sides there is no such
-step, and where a pocket lies on the outline none is seen. The other half of the evidence is what lies beside the
-outline: outside it the scan shows the reference, or nothing.
+Stretch by stretch, the edge is where ply and mold meet. Where a pocket lies on the outline, or the ply goes on over a
+short part of it, no stretch shows that; so any piece that lies outside counts by itself.
 """
 
 from __future__ import annotations
@@ -13,9 +12,11 @@ import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
-from debulk.inspection.evidence.edge_check import Outline
+from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import HIGHEST_MM
 from debulk.results.area import in_cm2
+from debulk.results.finding import Finding
+from debulk.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,16 @@ class Kind:
 
 @dataclass(frozen=True)
 class Limits:
-    """Of what lies outside the outline; bench/trust/outlines.py has outlines that leave a part of the ply out.
+    """Of the ply's edge; bench/trust/outlines.py has outlines that are not the ply's.
 
-    Of 30 right layups of both families none had more than 112 mm2 of ply, 64 mm2 of a bump, and any that crosses.
+    Of 30 right layups of both families none had more than 112 mm2 of ply outside it, 64 mm2 of a bump, and any that
+    crosses.
     """
 
+    least_strips: int = 3  # that must be known on each side
+    blur_mm: float = 6.0  # an edge nearer to the outline than this counts as on it: a map's cells are up to 8 mm wide
+    far_mm: float = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
+    far_stretches: int = 3  # in a row; of 305 right layups one had a single one, and none had two
     ply: Kind = Kind(0.55, 8.0, 200.0, median=0.75)  # more than the half of its height that its edge's middle has
     bump: Kind = Kind(3.0, 4.0, 110.0)  # more than a ply and the blur of its edge
     # A bump that goes on across the outline; a camera that looks aslant sees the side of a lifted edge 3 mm outside.
@@ -49,22 +55,57 @@ class Limits:
 LIMITS = Limits()
 
 
-@dataclass(frozen=True)
-class Beyond:
-    """A piece of ply, or a bump, outside the outline."""
+def edges_mm(outline: Outline, values: Floats, thickness_mm: float, cut_height_mm: float) -> Floats:
+    """Return how far outside the outline the ply's edge lies in each stretch (S,), negative inside it; NaN: unknown.
 
-    at_mm: tuple[float, float]
-    """A place in its middle, mold XY."""
-    area_mm2: float
-    """Its area within 40 mm of the outline."""
-    height_mm: float
-    """Its median height above the reference."""
+    `values` (N, K) are the heights in its strips. What rises above the cut hides the edge, as a pocket does, and so
+    does an object beside the mold that lies far below it.
+    """
+    outer = outline.offsets_mm > 0
+    values = np.where(np.abs(values) > max(cut_height_mm, 2 * thickness_mm), np.nan, values)
+    known = np.isfinite(values)
+    ply = values > 0.5 * (thickness_mm + outline.bare_mm)  # False where nothing is known
+    bare = known & ~ply
+    out = _beyond(ply[:, outer], bare[:, outer]) - _beyond(bare[:, ~outer][:, ::-1], ply[:, ~outer][:, ::-1])
+    enough = np.minimum(known[:, outer].sum(axis=1), known[:, ~outer].sum(axis=1)) >= LIMITS.least_strips
+    off_mm = np.where(enough, out * float(outline.offsets_mm[1] - outline.offsets_mm[0]), np.nan)
+    ranked = np.sort(off_mm.reshape(outline.stretches, -1), axis=1)  # NaN last
+    count = np.isfinite(ranked).sum(axis=1)
+    middle = np.take_along_axis(ranked, np.maximum(count - 1, 0)[:, None] // 2, axis=1)[:, 0]
+    return np.where(2 * count >= ranked.shape[1], middle, np.nan)
 
 
-def find_beyond(
+def _beyond(marked: Bools, ended: Bools) -> Whole:
+    """Return the number of strips, from the outline on, up to the last one marked before one at which it has ended."""
+    far = np.arange(1, marked.shape[1] + 1)
+    return np.asarray((np.where(marked & ~np.logical_or.accumulate(ended, axis=1), far, 0)).max(axis=1))
+
+
+def misfit(outline: Outline, values: Floats, thickness_mm: float, cut_height_mm: float, most: float) -> Finding | None:
+    """Say where the outline does not fit, if the ply's edge lies elsewhere along more than this share of it, or far."""
+    off_mm = edges_mm(outline, values, thickness_mm, cut_height_mm)
+    judged = np.flatnonzero(np.isfinite(off_mm))
+    if not len(judged):
+        return None
+    share = float(np.mean(np.abs(off_mm[judged]) > LIMITS.blur_mm))
+    far = np.abs(off_mm[judged]) >= LIMITS.far_mm
+    in_a_row = np.all([np.roll(far, k) for k in range(LIMITS.far_stretches)], axis=0)
+    if share <= most and not in_a_row.any():
+        return None
+    worst = judged[np.argmax(np.abs(off_mm[judged]))]
+    x, y = outline.places_mm.reshape(outline.stretches, -1, 2)[worst].mean(axis=0).tolist()
+    off = f"{abs(off_mm[worst]):.0f} mm {'outside' if off_mm[worst] > 0 else 'inside'}"
+    reason = (
+        f"the outline does not fit the scan: along {100 * share:.0f} % of it the ply's edge is elsewhere, round "
+        f"({x:.0f}, {y:.0f}) mm {off} it; check that it is this ply's, not mirrored, and in the mold's frame"
+    )
+    return Finding("ply_edge", Verdict.INVALID, reason, share, most, place_mm=(x, y))
+
+
+def left_out(
     outline: Outline, values: Floats, thickness_mm: float, raised_mm: float, spacing_mm: float = 0.0
-) -> Beyond | None:
-    """Return the largest piece that lies outside the outline; None: there is none of a size that matters.
+) -> Finding | None:
+    """Name the largest piece that lies outside the outline; None: there is none of a size that matters.
 
     `values` (N, K) are the heights in its strips, of a map of this spacing: two cells beside the outline, and less than
     nine, say nothing. `raised_mm` is by how much the whole scan stands too high, within the tolerance of the level.
@@ -88,7 +129,14 @@ def find_beyond(
     row, column = max(pieces, key=lambda piece: len(piece[0]))
     at = outline.places_mm[row] + off[column, None] * outline.normals[row]
     x, y = at[np.argmin(((at - at.mean(axis=0)) ** 2).sum(axis=1))].tolist()
-    return Beyond((x, y), len(row) * cell_mm2, float(np.median(values[row, column])))
+    area_mm2 = len(row) * cell_mm2
+    reason = (
+        f"the outline leaves out a part of the ply: beside it, at ({x:.0f}, {y:.0f}) mm, {in_cm2(area_mm2)} stand "
+        f"{np.median(values[row, column]):.2f} mm above the reference, where no pocket was looked for; check that the "
+        "outline is this ply's, whole, not mirrored, in the mold's frame; if something else lies there, remove it or "
+        "mask it"
+    )
+    return Finding("ply_edge", Verdict.INVALID, reason, area_mm2, unit="mm²", place_mm=(x, y))
 
 
 def _seen_from(kind: Kind, spacing_mm: float) -> Kind:
@@ -107,16 +155,6 @@ def _attached(height: Floats, piece: tuple[Whole, Whole], off: Floats, level: fl
     between = height[np.unique(piece[0])][:, (off > 0) & (off < off[piece[1]].min())]
     known = between[np.isfinite(between)]
     return not known.size or float(np.median(known)) >= level
-
-
-def beyond_reason(found: Beyond) -> str:
-    """Say that something lies outside the outline, and what to do."""
-    x, y = found.at_mm
-    return (
-        f"the outline leaves out a part of the ply: beside it, at ({x:.0f}, {y:.0f}) mm, {in_cm2(found.area_mm2)} "
-        f"stand {found.height_mm:.2f} mm above the reference, where no pocket was looked for; check that the outline "
-        "is this ply's, whole, not mirrored, in the mold's frame; if something else lies there, remove it or mask it"
-    )
 
 
 def _pieces(up: Bools, off: Floats, kind: Kind, least: float) -> list[tuple[Whole, Whole]]:

@@ -1,0 +1,70 @@
+"""The ply's outline, and the heights beside it: in strips parallel to it, place by place along it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+
+from debulk import pocket
+from debulk.arrays import Floats
+from debulk.grid import Grid
+
+STRETCH_MM = 40.0  # length of a stretch along the outline, and the strips' reach to each side of it
+_STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline
+
+
+class Outline:
+    """The outline with its strips, prepared once and used for scan after scan.
+
+    `bare_mm` gives the heights (N,) of the bare mold above the datum at (N, 2) places; None: 0 everywhere. The
+    attribute of that name has them in the strips, (N, K).
+
+    `places_mm` and `normals` are (N, 2) points along it, `step_mm` apart, and the outward unit normals there;
+    `offsets_mm` (K,) are the distances of the strips' middles from it, positive outside it. `stretches` is the number
+    of stretches of equally many places, of about 40 mm.
+    """
+
+    def __init__(self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None) -> None:
+        ends = np.roll(corners_mm, -1, axis=0)
+        lengths = np.linalg.norm(ends - corners_mm, axis=1)
+        along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
+        count = max(3, round(along_mm[-1] / STRETCH_MM))
+        steps = max(2, round(along_mm[-1] / count / _STRIP_MM))
+        at = (np.arange(count * steps) + 0.5) / (count * steps) * along_mm[-1]
+        side = np.clip(np.searchsorted(along_mm, at, side="right") - 1, 0, len(corners_mm) - 1)
+        share = ((at - along_mm[side]) / lengths[side])[:, None]
+        points = corners_mm[side] + share * (ends - corners_mm)[side]
+        # Normals are taken over some 16 mm: the short sides of a noisy outline have no useful normals of their own.
+        reach = max(1, round(0.25 * STRETCH_MM / _STRIP_MM))
+        along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
+        normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
+        if pocket.polygon_area(corners_mm) < 0:
+            normal = -normal
+        self.offsets_mm = np.arange(-STRETCH_MM + 0.5 * _STRIP_MM, STRETCH_MM, _STRIP_MM)
+        xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
+        # At corners a strip's points may lie on the other side of another stretch; these are not used.
+        inside = pocket.inside(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        near = pocket.distance_to_outline(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
+        self._xy, self._own = xy, own
+        self.places_mm, self.normals = points, normal
+        self.step_mm = float(along_mm[-1]) / (count * steps)
+        self.stretches = count
+        self.bare_mm = np.zeros(own.shape) if bare_mm is None else bare_mm(xy.reshape(-1, 2)).reshape(own.shape)
+
+    def strips(self, heights: Grid) -> Floats:
+        """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
+        return np.where(self._own, heights.at(self._xy), np.nan)
+
+    def missed(self, missed_mm: Callable[[Floats], Floats], off_mm: float) -> Floats:
+        """Return by how much the reference stands above its surface at the places and offsets, (N, K); 0: not known.
+
+        `missed_mm` is `Prepared.missed_mm`. Within 8 mm of places where the surface is off by more than `off_mm`, the
+        result is NaN: a blurred scan stands up there, too.
+        """
+        out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
+        edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        return np.where(edges, np.nan, out)
