@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
@@ -110,7 +111,7 @@ class Criteria:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        self._compiled().check()
+        _compiled(self).check()
 
     @classmethod
     def from_core(cls, compiled: _core.verdict.Criteria) -> Criteria:
@@ -118,15 +119,17 @@ class Criteria:
         values = {entry.name: getattr(compiled, entry.name) for entry in fields(cls)}
         return cls(**{**values, "criterion": compiled.criterion.name.lower()})
 
-    def _compiled(self) -> _core.verdict.Criteria:
-        compiled = _core.verdict.Criteria()
-        criteria = {c.name.lower(): c for c in _core.verdict.Criterion.__members__.values()}
-        if self.criterion not in criteria:
-            raise _core.InputError(f"criterion: expected {' or '.join(criteria)}, but got {self.criterion!r}")
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            setattr(compiled, entry.name, criteria[value] if entry.name == "criterion" else value)
-        return compiled
+
+@functools.lru_cache(maxsize=16)  # each pocket is judged several times by the same ones
+def _compiled(criteria: Criteria) -> _core.verdict.Criteria:
+    compiled = _core.verdict.Criteria()
+    known = {c.name.lower(): c for c in _core.verdict.Criterion.__members__.values()}
+    if criteria.criterion not in known:
+        raise _core.InputError(f"criterion: expected {' or '.join(known)}, but got {criteria.criterion!r}")
+    for entry in fields(criteria):
+        value = getattr(criteria, entry.name)
+        setattr(compiled, entry.name, known[value] if entry.name == "criterion" else value)
+    return compiled
 
 
 @dataclass(frozen=True)
@@ -233,7 +236,7 @@ def judge(
     evidence.coverage = coverage
     evidence.closed_rim = closed_rim
     evidence.refused = refused
-    return _judgement(_core.verdict.judge(evidence, (criteria or Criteria())._compiled()))
+    return _judgement(_core.verdict.judge(evidence, _compiled(criteria or Criteria())))
 
 
 @typed
@@ -278,7 +281,7 @@ def judge_layup(
         outer.id = number
         outer.judgement = inner
         judged.append(outer)
-    return _judgement(_core.verdict.judge_layup(judged, coverage, (criteria or Criteria())._compiled()))
+    return _judgement(_core.verdict.judge_layup(judged, coverage, _compiled(criteria or Criteria())))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from debulk import InputError, _core
-from debulk.verdict import Criteria, Judgement, Verdict, excess_bounds, judge, judge_layup, natural_length
+from debulk.verdict import Criteria, Judgement, Verdict, _compiled, excess_bounds, judge, judge_layup, natural_length
 
 
 def test_the_four_verdicts_are_words():
@@ -47,7 +47,7 @@ def test_criteria_are_the_compiled_defaults_and_checked():
         Criteria(criterion="luck")
     assert Criteria.from_core(_core.verdict.Criteria()) == Criteria()
     other = Criteria(criterion="paper", max_rms_mm=0.2, excess_margin_mm=0.07)
-    assert Criteria.from_core(other._compiled()) == other
+    assert Criteria.from_core(_compiled(other)) == other
 
 
 @pytest.mark.parametrize(

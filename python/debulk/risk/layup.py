@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
 _ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)
+_SURE_SD = 9.0  # standard deviations off the limit, which leave a probability of 1e-19
 _JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows
 
 
@@ -107,10 +108,14 @@ def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, recipe: 
 
 def _below(z: Floats) -> Floats:
     """Return the normal law's distribution, within 1e-7 (Abramowitz and Stegun, 26.2.17), for want of SciPy."""
-    t = 1 / (1 + 0.2316419 * np.abs(z))
+    out = np.asarray(z > 0, dtype=np.float64)
+    unsure = np.abs(z) < _SURE_SD
+    some = z[unsure]
+    t = 1 / (1 + 0.2316419 * np.abs(some))
     series = t * (0.319381530 + t * (-0.356563782 + t * (1.781477937 + t * (-1.821255978 + t * 1.330274429))))
-    upper = np.exp(-0.5 * np.minimum(np.abs(z), 38.0) ** 2) / math.sqrt(2 * math.pi) * series
-    return np.asarray(np.where(z > 0, 1 - upper, upper))
+    upper = np.exp(-0.5 * some**2) / math.sqrt(2 * math.pi) * series
+    out[unsure] = np.where(some > 0, 1 - upper, upper)
+    return out
 
 
 def _groups(places: Sequence[Place], runs: ExcessRuns | None) -> list[list[int]]:

@@ -57,7 +57,7 @@ class FoundPocket:
         """Numbers of the runs that cross its foot."""
         return np.zeros(0, dtype=np.intp) if self.runs is None else self.runs.crossing(self.feet, self.index)
 
-    @property
+    @kept
     def excess(self) -> FibreRuns | None:
         """The runs that cross its foot; None if there are none, which says nothing of its fibres."""
         return None if self.runs is None or not len(self.crossing) else self.runs.runs[self.crossing]

@@ -132,9 +132,10 @@ def find(
         return ()
     out = []
     for sign in (-1.0, 1.0) if outlined else (1.0,):
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(
-            (off & (sign * rise > 0)).astype(np.uint8), connectivity=4
-        )
+        marks = off & (sign * rise > 0)
+        if np.count_nonzero(marks) * cell**2 < least_mm2:
+            continue
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(marks.astype(np.uint8), connectivity=4)
         large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= least_mm2) + 1
         for label in large:
             heed(stop, "the search for plateaus")
@@ -173,10 +174,8 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
     ground: Floats = np.asarray(cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells), dtype=np.float64)
     even = (own & (uneven < LIMITS.even_share * rise)).astype(np.uint8)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
-    for label in range(1, count):
-        if stats[label, cv2.CC_STAT_AREA] * cell**2 < LIMITS.least_even_share * least_mm2:
-            continue
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
+    for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= LIMITS.least_even_share * least_mm2) + 1:
         part = own & _near(labels == label, 1)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
             yield part, _height(rise, part, known, cell, ground, LIMITS.stepped_share)

@@ -201,12 +201,15 @@ def _opened(height: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Return the opening of an image of heights; single samples that lie deep are closed first. NaN: not known."""
     side = max(3, 2 * round(window / 2) + 1)
     wide, small = (cv2.getStructuringElement(cv2.MORPH_RECT, (n, n)) for n in (side, 3))
-    low = np.where(np.isfinite(height), height, np.float32(-_FAR_MM))
-    for grow, shape in ((True, small), (False, small), (False, wide), (True, wide)):
-        known = np.abs(low) < 0.5 * _FAR_MM
-        low = np.where(known, low, np.float32(-_FAR_MM if grow else _FAR_MM))  # what is not known takes no part
-        low = cv2.dilate(low, shape) if grow else cv2.erode(low, shape)
-    return np.asarray(np.where(np.abs(low) < 0.5 * _FAR_MM, low, np.float32(np.nan)))
+    unknown = ~(np.abs(height) < 0.5 * _FAR_MM)
+    out = height.copy()
+    for step, shapes in ((cv2.dilate, [small]), (cv2.erode, [small, wide]), (cv2.dilate, [wide])):
+        out[unknown] = -_FAR_MM if step is cv2.dilate else _FAR_MM  # what is not known takes no part
+        for shape in shapes:
+            step(out, shape, dst=out)
+        unknown = np.abs(out) > 0.5 * _FAR_MM
+    out[unknown] = np.nan
+    return out
 
 
 def _groups(stands: Bools, long: float) -> Iterator[tuple[tuple[slice, slice], Bools]]:

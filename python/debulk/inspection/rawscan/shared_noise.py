@@ -95,7 +95,10 @@ def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
     shape, products = _polynomials()
     level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
     flat = np.where(seen, flat - level, 0.0)
-    normal = product(seen.astype(np.float64), products).reshape(len(flat), shape.shape[1], shape.shape[1])
+    lacking = ~seen.all(axis=1)
+    sums = np.tile(product(np.ones((1, len(products))), products), (len(flat), 1))
+    sums[lacking] = product(seen[lacking].astype(np.float64), products)
+    normal = sums.reshape(len(flat), shape.shape[1], shape.shape[1])
     factors = np.linalg.solve(normal, product(flat, shape)[:, :, None])[:, :, 0]
     return np.where(seen, flat - product(factors, shape.T), 0.0)
 
