@@ -3,6 +3,7 @@
 
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
+#include "debulk/core/pool.hpp"
 #include "debulk/fibre/excess_field.hpp"
 #include "debulk/pocket/foot_contours.hpp"
 #include "debulk/pocket/segment.hpp"
@@ -15,6 +16,7 @@ namespace {
 struct FibreLines {
   std::vector<FibreLine> lines;
   Polygon ply;
+  std::unique_ptr<Pool<std::vector<float>>> memory = std::make_unique<Pool<std::vector<float>>>();  // of one scan after the other
 };
 
 Box box_of(const Array<double>& corners) {
@@ -29,7 +31,8 @@ Polygon polygon_of(const std::optional<Array<double>>& outline) {
 
 FibreLines straight(const std::array<double, 2>& angles, const std::optional<Array<double>>& outline, const Array<double>& corners,
                     const FibreOptions& options) {
-  FibreLines out{{}, polygon_of(outline)};
+  FibreLines out;
+  out.ply = polygon_of(outline);
   out.lines = straight_lines(angles, out.ply, box_of(corners), options);
   return out;
 }
@@ -40,7 +43,8 @@ FibreLines along_field(const Array<double>& angles, const Eigen::Vector2d& origi
   require(angles.ndim() == 3 && angles.shape(2) == 2, "fibre_angles_deg", "an (ny, nx, 2) array", shape_of(angles));
   AngleField field(static_cast<int>(angles.shape(1)), static_cast<int>(angles.shape(0)), origin, spacing, Eigen::Vector2d::Zero());
   if (field.size() > 0) std::memcpy(static_cast<void*>(field.values.data()), angles.data(), field.size() * sizeof(Eigen::Vector2d));
-  FibreLines out{{}, polygon_of(outline)};
+  FibreLines out;
+  out.ply = polygon_of(outline);
   const Box box = box_of(corners);
   const py::gil_scoped_release release;
   out.lines = field_lines(field, out.ply, box, options, stop);
@@ -54,7 +58,7 @@ ExcessField measure(const FibreLines& lines, const py::list& windows, const Refe
     heights.push_back(py::isinstance<Segmentation>(window) ? &window.cast<const Segmentation&>().heights
                                                            : &window.cast<const Grid<float>&>());
   const py::gil_scoped_release release;
-  return measure_excess(lines.lines, heights, lines.ply, mold, whole, options, stop);
+  return measure_excess(lines.lines, heights, lines.ply, mold, whole, options, *lines.memory->borrow(), stop);
 }
 
 // One column of the runs.

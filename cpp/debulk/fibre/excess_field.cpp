@@ -76,14 +76,14 @@ Box box_of(const Grid<float>& grid) {
 }  // namespace
 
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
-                           bool whole, const FibreOptions& options, const Stop& stop) {
+                           bool whole, const FibreOptions& options, std::vector<float>& memory, const Stop& stop) {
   options.check();
   std::vector<LineSpans> read(lines.size());
   ScaleBlurs blurs;
   ExcessField out;
   for (const Grid<float>* heights : windows)
     require(heights->nx >= 2 && heights->ny >= 2, "heights", "at least 2 by 2 points", heights->size());
-  const std::vector<TwoScales> all_scales = TwoScales::of(windows, ply, mold, options, stop);
+  const std::vector<TwoScales> all_scales = TwoScales::of(windows, ply, mold, options, memory, stop);
   for (const TwoScales& scales : all_scales) {
     blurs.fine = std::max(blurs.fine, scales.fine_blur_mm2()), blurs.coarse = std::max(blurs.coarse, scales.coarse_blur_mm2());
     blurs.least = std::max(blurs.least, kNarrowest * std::max(1.0, scales.spacing() * scales.spacing()));

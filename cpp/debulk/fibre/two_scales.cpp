@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 
 #include "debulk/core/parallel.hpp"
 #include "debulk/fibre/tile_rows.hpp"
@@ -88,7 +89,7 @@ struct TwoScales::Workspace {
 };
 
 std::vector<TwoScales> TwoScales::of(const HeightWindows& windows, const Polygon& ply, const Surface& mold, const FibreOptions& options,
-                                     const Stop& stop) {
+                                     std::vector<float>& memory, const Stop& stop) {
   struct Task {
     TwoScales* scales;
     std::size_t number;
@@ -116,6 +117,10 @@ std::vector<TwoScales> TwoScales::of(const HeightWindows& windows, const Polygon
   });
   for (TwoScales& scales : out)
     for (std::size_t tile = 0; tile < scales.made_.size(); ++tile) tiles.push_back({&scales, tile});
+  constexpr std::size_t each = static_cast<std::size_t>(kPoints) * kEach;
+  if (memory.size() < tiles.size() * each) memory = std::vector<float>(tiles.size() * each);
+  float* next = memory.data();
+  for (TwoScales& scales : out) scales.values_ = next, next += scales.made_.size() * each;
   parallel_for(static_cast<long>(tiles.size()), 8, options.threads, stop, [&](long begin, long end) {
     std::unique_ptr<Workspace> work;
     for (long k = begin; k < end; ++k) {
@@ -165,7 +170,6 @@ void TwoScales::choose_tiles() {
       tiles_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(made_.size());
       made_.push_back({ti, tj});
     }
-  values_.reset(new float[made_.size() * kPoints * kEach]);
 }
 
 double TwoScales::blur_mm2(int cells) const {
@@ -189,7 +193,7 @@ void TwoScales::make(std::size_t tile, const Surface& mold, Workspace& work) {
 
 void TwoScales::look_up(const double* x, const double* y, int count, const GapsAt& out) const {
   const Grid<float>& h = heights_;
-  const ScaleTables tables{h.origin.x(), h.origin.y(), h.spacing, h.nx, h.ny, h.values.data(), tiles_.data(), columns_, values_.get()};
+  const ScaleTables tables{h.origin.x(), h.origin.y(), h.spacing, h.nx, h.ny, h.values.data(), tiles_.data(), columns_, values_};
   DEBULK_ON(isa_, look_up(tables, x, y, count, out));
 }
 

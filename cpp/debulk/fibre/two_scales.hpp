@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "debulk/core/grid.hpp"
@@ -32,9 +31,10 @@ struct GapsAt {
 // stands off the mold or next to it: elsewhere no line has an excess.
 class TwoScales {
  public:
-  // Reads all windows, tile by tile on several threads. The windows must outlive the result. Throws Stopped.
+  // Reads all windows, tile by tile on several threads. The windows and `memory`, which grows as needed, must outlive the
+  // result. Throws Stopped.
   static std::vector<TwoScales> of(const HeightWindows& windows, const Polygon& ply, const Surface& mold, const FibreOptions& options,
-                                   const Stop& stop);
+                                   std::vector<float>& memory, const Stop& stop);
 
   // Looks up `count` places, given by their coordinates, mm.
   void look_up(const double* x, const double* y, int count, const GapsAt& out) const;
@@ -63,7 +63,7 @@ class TwoScales {
   std::vector<std::int32_t> tiles_;  // the number of its values, or what else is known of it
   std::vector<std::uint8_t> raised_;
   std::vector<std::array<int, 2>> made_;  // column and row of the tiles that were made
-  std::unique_ptr<float[]> values_;       // of these tiles, one after the other: kEach floats, point by point
+  float* values_ = nullptr;               // of these tiles, one after the other: kEach floats, point by point
 };
 
 }  // namespace debulk
