@@ -137,18 +137,12 @@ CHECK_TEXTS = (
     CheckText(
         "coverage",
         "Too little of the ply was seen",
-        "the share of the ply that scan and reference show, small holes filled in",
+        "the share of the ply that scan and reference show, small holes filled in; where it is below half of the limit no "
+        "pockets are looked for, and the reason says what is likely to be wrong",
         "`verdict.min_coverage`",
-        "scan again from where all of the ply is seen, or with another exposure",
+        "scan again from where all of the ply is seen, or with another exposure; complete the reference; check that "
+        "both are of the same part, in one unit and frame, rows and columns in order",
         (INVALID,),
-    ),
-    CheckText(
-        "reference",
-        "The reference is not known on all of the ply",
-        "the share of the ply on which the reference is known, where the coverage is too small",
-        "`verdict.min_coverage`",
-        "complete the reference",
-        (None,),
     ),
     CheckText(
         "outline",
@@ -156,14 +150,6 @@ CHECK_TEXTS = (
         "whether the inspector knows where the ply ends",
         "none",
         "give it (`ply_outline`, `--outline`): without it nothing at the ply's edge is told from what lies beside it",
-        (None,),
-    ),
-    CheckText(
-        "search",
-        "No pockets were looked for",
-        "why the scan shows far too little of the ply",
-        "half of `verdict.min_coverage`",
-        "check that scan and reference are of the same part, in one unit and frame, rows and columns in order",
         (None,),
     ),
     CheckText(

@@ -13,34 +13,22 @@ _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is n
 
 
 def coverage(seen: Seen) -> list[Finding]:
-    """Return INVALID if too little of the ply was seen."""
+    """Return INVALID if too little of the ply was seen; its reason says if the reference is the cause, or another."""
     found, limits = seen.found, criteria(seen.ply.recipe)
-    share, least = found.unseen.coverage, limits.min_coverage
+    share, known, least = found.unseen.coverage, found.unseen.reference_coverage, limits.min_coverage
     if share >= least:
         return []
-    return [Finding("coverage", Verdict.INVALID, judge_layup([], share, limits).reason, share, least)]
-
-
-def reference(seen: Seen) -> list[Finding]:
-    """Mention that the reference is not known widely enough, if that is why the coverage is too small."""
-    found, least = seen.found, seen.ply.recipe.verdict.min_coverage
-    known = found.unseen.reference_coverage
-    if found.unseen.coverage >= least or known >= least:
-        return []
-    reason = f"the reference is known on {100 * known:.1f} % of the ply"
-    return [Finding("reference", None, reason, known, least, remedy="complete the reference")]
+    why = [judge_layup([], share, limits).reason]
+    why += [f"the reference is known on {100 * known:.1f} % of the ply"] if known < least else []
+    why += [found.doubt] if found.doubt else []
+    remedy = "complete the reference" if known < least else ""
+    return [Finding("coverage", Verdict.INVALID, "; ".join(why), share, least, remedy=remedy)]
 
 
 def outline(seen: Seen) -> list[Finding]:
     """Mention that the outline is not given, unless the scan is in the wrong place anyway."""
     misplaced = seen.placed.finding is not None and counts(seen)
     return [] if seen.ply.outline is not None or misplaced else [Finding("outline", None, _NO_OUTLINE, remedy=_GIVE_IT)]
-
-
-def search(seen: Seen) -> list[Finding]:
-    """Mention why no pockets were looked for."""
-    doubt = seen.found.doubt
-    return [Finding("search", None, doubt)] if doubt else []
 
 
 def counts(seen: Seen) -> bool:

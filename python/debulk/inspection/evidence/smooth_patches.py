@@ -23,12 +23,9 @@ class Limits:
 
     across: float = 3.0  # squares that begin within the width of the smallest patch that is looked for
     most_squares: int = 1000  # spread over the image, from which the scan's noise is read
-    quiet_share: float = (
-        0.25  # of the median: noise has 0.13 of its fourth differences below, a linear fill 0.55 to 0.8
-    )
-    step_share: float = (
-        0.25  # of the same median, which is 5.6 sigma: coarser steps leave smooth stretches between them
-    )
+    # Of the median, which is 5.6 sigma: noise has 0.13 of its fourth differences below, a linear fill 0.55 to 0.8, and
+    # coarser steps leave smooth stretches between them.
+    quiet_share: float = 0.25
     window_pixels: int = 7  # along the side of the window in which low differences are counted
     # Differences that must be known, of the window's 98 along both axes or 49 along one, and least shares of low ones:
     # half of the noise leaves 0.26. The noise of eight layups reached it by chance in no window, and linear fills over
@@ -112,7 +109,7 @@ def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:
     fourths = [np.abs(np.diff(height.astype(np.float64), 4, axis=axis)) for axis in (0, 1)]
     known = np.concatenate([fourth[np.isfinite(fourth)] for fourth in fourths])
     middle = float(np.median(known)) if len(known) else 0.0
-    if not middle > 0 or step_mm > LIMITS.step_share * middle:
+    if not middle > 0 or step_mm > LIMITS.quiet_share * middle:
         return np.zeros(height.shape, dtype=np.bool_), steps_hide(
             step_mm
         ) if step_mm else "the scan has too little noise to miss it in a patch"

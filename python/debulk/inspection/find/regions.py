@@ -30,26 +30,9 @@ class RegionFinder:
     whole. One object serves one thread at a time. Memory is reused from scan to scan: `find` overwrites the arrays of
     an earlier `Found` that nobody holds any more, and never changes one that is held. Reports do not hold a `Found`.
 
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections clean, segmentation, patch, material and run are used.
-    whole
-        Finder for the scans that cannot be processed by regions; None: one is made here.
-    mesh
-        (rows, columns): steps between the rows and the columns of pixels that the coarse pass reads, for studies; a
-        sparse mesh can miss pockets. None: as sparse as the area tolerance allows without missing any.
-
-    Examples
-    --------
-    >>> import debulk
-    >>> layup = debulk.scenes.layup(seed=0, pixels=(1280, 960))
-    >>> pose, outline = layup.mold_from_scanner, layup.ply_outline
-    >>> inspector = debulk.Inspector(None, layup.reference, outline, mold_from_scanner=pose)
-    >>> finder = RegionFinder(inspector.setup)
-    >>> found = finder.find(layup.scan)
-    >>> len(found.pockets), found.regions.image_share < 0.7
-    (14, True)
+    `whole` finds the pockets of scans that cannot be processed by regions; None: it is made here. `mesh`, for studies,
+    are the steps between the rows and the columns of pixels that the coarse pass reads; None: as sparse as the area
+    tolerance allows without missing a pocket.
     """
 
     def __init__(self, setup: Setup, whole: WholeScanFinder | None = None, mesh: tuple[int, int] | None = None) -> None:

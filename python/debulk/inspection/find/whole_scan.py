@@ -20,13 +20,7 @@ _FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart t
 
 
 class WholeScanFinder:
-    """Finds the pockets of scan after scan, in any kind of cloud. One object serves one thread at a time.
-
-    Parameters
-    ----------
-    setup
-        Of whose recipe the sections clean, segmentation, patch, material and run are used.
-    """
+    """Finds the pockets of scan after scan, in any kind of cloud. One object serves one thread at a time."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup, self._recipe = setup, setup.recipe
@@ -47,21 +41,9 @@ class WholeScanFinder:
         return self._front
 
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
-        """Find the pockets of a scan.
+        """Find the pockets of a scan, scanner frame, mm; of an organised one, where the (H, W) mask is not True.
 
-        Parameters
-        ----------
-        scan
-            (H, W, 3) or (N, 3), scanner frame, mm, NaN = nothing seen.
-        mask
-            (H, W) of an organised scan: True where a pixel is not to be used.
-        stop
-            Ends the search with `Stopped` when it is raised from another thread, or when its deadline passes.
-
-        Raises
-        ------
-        InputError
-            For a bad cloud, or a mask of another shape.
+        `Stopped` is raised when the stop is raised from another thread, or when its deadline passes.
         """
         stop = stop or _core.Stop()
         points = masked(scan, mask, "scan", stop)

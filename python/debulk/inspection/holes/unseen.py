@@ -26,9 +26,6 @@ class Limits:
     """Of holes beside the recipe's limits; bench/trust/holes.py has holes over creases."""
 
     speck_points: int = 8  # fewer than 3 by 3, as in the C++ core
-    # From a hole to a foot or bump beside it: smoothed heights reach a little past what was seen, and places of holes,
-    # which come from a coarser map, are uncertain by as much.
-    near_mm: float = NEAR_MM
 
 
 LIMITS = Limits()
@@ -122,7 +119,7 @@ def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
     holes = [
         hole.area
         for hole in found.unseen.holes
-        if (np.abs(bump.centroid_mm - hole.box.mean(axis=0)) < _reach(hole) + LIMITS.near_mm).all()
+        if (np.abs(bump.centroid_mm - hole.box.mean(axis=0)) < _reach(hole) + NEAR_MM).all()
     ]
     return bump.area_mm2 + max(holes, default=0.5 * recipe.segmentation.area_tol_mm2)  # smaller ones are not listed
 
@@ -176,7 +173,7 @@ def open_rim(found: FoundPocket) -> str:
     listed = [pair for pair in zip(found.unseen.holes, found.hidden, strict=True) if not pair[0].filled]
     nearest = min(listed, key=lambda pair: gap_mm(pair[0]), default=None)
     name = "a part of the ply that was not seen"
-    if nearest is not None and gap_mm(nearest[0]) < LIMITS.near_mm:
+    if nearest is not None and gap_mm(nearest[0]) < NEAR_MM:
         name = _name(*nearest)
     return f"{name} borders on it: scan again"
 

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 class Limits:
     """Of what stands below a cliff of the reference; `tests/python/inspection/test_cliffs.py` has such molds."""
 
-    square_mm: float = SIDES_MM[0]  # side of the squares whose medians are looked at
     # So near to the edge a scan may have points between both levels, and show the ply from the side, too.
     margin_mm: float = 8.0
     cliff_mm: float = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
@@ -34,6 +33,7 @@ class Limits:
 
 
 LIMITS = Limits()
+_SQUARE_MM = SIDES_MM[0]  # side of the squares whose medians are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class BelowEdge:
         """Say that a ply, or something else, lies there; None if the scan does not stand above the reference there."""
         above = sample.points_mm[:, 2] - self.heights.at(sample.points_mm[:, :2])
         known = np.flatnonzero(np.isfinite(above))
-        square = np.floor(sample.points_mm[known, :2] / LIMITS.square_mm).astype(np.int64)
+        square = np.floor(sample.points_mm[known, :2] / _SQUARE_MM).astype(np.int64)
         places, which, counts = np.unique(square, axis=0, return_inverse=True, return_counts=True)
         order = np.lexsort((above[known], which.ravel()))
         first = np.cumsum(counts) - counts
@@ -59,11 +59,11 @@ class BelowEdge:
         stands = (counts >= LEAST_POINTS) & (medians > LIMITS.high_thicknesses * self.laid_mm)
         if not stands.any():
             return None
-        x, y = ((places[stands][0] + 0.5) * LIMITS.square_mm).tolist()
+        x, y = ((places[stands][0] + 0.5) * _SQUARE_MM).tolist()
         reason = (
             "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
             f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
-            f"{LIMITS.square_mm:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, "
+            f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, "
             "--outline)"
         )
         return Finding("mold_edge", Verdict.INVALID, reason, place_mm=(x, y))
@@ -74,7 +74,7 @@ class BelowEdge:
             what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
             "the table",
-            bound=f"no square of {LIMITS.square_mm:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
+            bound=f"no square of {_SQUARE_MM:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
             "above the reference; a ply that hangs over the edge is judged up to "
             f"{LIMITS.margin_mm:g} mm from the edge only",
         )

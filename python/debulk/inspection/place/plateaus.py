@@ -36,20 +36,17 @@ class Limits:
     off_thicknesses: float = 0.55  # off the ply's level: just beyond the half that the middle of an edge reaches
     cell_mm: float = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
     quarters: tuple[float, float] = (0.25, 0.75)  # shares of its height between which the width of its edge is measured
-    rim_mm: float = 6.0  # distance from the rim within which the edge is measured
     edge_mm: float = 3.5  # greatest width of the edge, between these quarters; a step has two cells of the map at most
     edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
-    flat_share: float = 0.25  # of its height: by less a cell that counts as flat is off it
+    flat_share: float = 0.25  # of its height: by less a cell of a flat place is off it, and neighbours in an even part
     least_flat_share: float = 0.68  # of its cells
     least_rim_share: float = 0.2  # of its rim that must lie inside the ply
     least_rim_mm: float = 12.0  # length of the same
-    even_share: float = 0.3  # of its height: greatest difference between neighbours in an even part
     least_even_share: float = 0.4  # least area of an even part without its rim, over that of the smallest plateau
     step_cells: int = 2  # an even part stands on the lowest ground within so many cells
-    step_share: float = 0.6  # of its height: the ground lies lower by this much at least
-    stepped_share: float = 0.6  # of an even part's rim along which it does
+    step_share: float = 0.6  # of its height: the ground lies lower by this much at least, along as much of its rim
     smooth_share: float = 0.5  # of its height: none if the reference steps the other way by more, or misses more
-    reach_mm: tuple[float, float] = (6.0, 14.0)  # on each side of the edge: where the reference's slope is read
+    reach_mm: tuple[float, float] = (6.0, 14.0)  # from the rim: where its edge ends, and the reference's slope with it
 
 
 LIMITS = Limits()
@@ -102,24 +99,11 @@ def find(
     *,
     outlined: bool,
 ) -> tuple[Plateau, ...]:
-    """Find the plateaus in a map of heights above the reference, largest first.
+    """Find the plateaus in a map of heights above the reference, NaN where nothing is known, largest first.
 
-    Parameters
-    ----------
-    heights
-        Map of the whole ply, NaN where nothing is known.
-    zones
-        The zones that tell where the ply is.
-    prepared
-        The surface below the ply. Where this surface itself has a step, a ply that runs on smoothly is no plateau; nor
-        is a ply in a groove that the fitted surface fills in, or on a rib that it cuts off.
-    recipe
-        The sections material and segmentation are used.
-    stop
-        Checked between one place and the next.
-    outlined
-        Whether the ply's outline is known. Without it, a place without a ply may lie beside the ply, and only raised
-        plateaus are looked for.
+    Where the surface below the ply itself has a step, a ply that runs on smoothly is no plateau; nor is a ply in a
+    groove that the fitted surface fills in, or on a rib that it cuts off. Without an outline, a place without a ply may
+    lie beside the ply, and only raised plateaus are looked for.
     """
     every = max(1, int(LIMITS.cell_mm / heights.spacing_mm))
     heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
@@ -140,7 +124,7 @@ def find(
         for label in large:
             heed(stop, "the search for plateaus")
             left, top, wide, high = (int(stats[label, k]) for k in range(4))
-            around = round(LIMITS.rim_mm / cell) + 1
+            around = round(LIMITS.reach_mm[0] / cell) + 1
             rows = slice(max(0, top - around), top + high + around)
             columns = slice(max(0, left - around), left + wide + around)
             own, seen = labels[rows, columns] == label, on[rows, columns]
@@ -173,12 +157,12 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
     ground: Floats = np.asarray(cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells), dtype=np.float64)
-    even = (own & (uneven < LIMITS.even_share * rise)).astype(np.uint8)
+    even = (own & (uneven < LIMITS.flat_share * rise)).astype(np.uint8)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
     for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= LIMITS.least_even_share * least_mm2) + 1:
         part = own & _near(labels == label, 1)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
-            yield part, _height(rise, part, known, cell, ground, LIMITS.stepped_share)
+            yield part, _height(rise, part, known, cell, ground, LIMITS.step_share)
 
 
 def _is_flat(rise: Floats, level: float) -> bool:
@@ -193,7 +177,7 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float, ground: Floats,
     length, around = int(np.count_nonzero(rim)), int(np.count_nonzero(_rim(own)))
     if length < max(least_rim_share * around, LIMITS.least_rim_mm / cell):
         return 0.0
-    edge = _near(rim, max(1, round(LIMITS.rim_mm / cell))) & known & down
+    edge = _near(rim, max(1, round(LIMITS.reach_mm[0] / cell))) & known & down
     low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in LIMITS.quarters)
     edge_mm, wide_mm = (low - high) / length * cell, 4 * int(np.count_nonzero(own)) / around * cell
     return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0

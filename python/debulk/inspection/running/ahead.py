@@ -7,11 +7,10 @@ from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from debulk import _core
-from debulk.inspection.running.cycle import Cancelled, Cycle, Progress
+from debulk.inspection.running.cycle import BEAT_S, Cancelled, Cycle, Progress
 from debulk.stopping import known
 
 Result = TypeVar("Result")
-_BEAT_S = 0.05  # between two looks at the deadline, and between two calls of the progress function
 
 
 class Ahead(Generic[Result]):
@@ -63,7 +62,7 @@ class Ahead(Generic[Result]):
                     "the deadline passed while the inspector was being prepared; the preparation goes on: inspect again"
                 )
             cycle.report(self._at[0], 0.0)
-            self._thread.join(_BEAT_S)
+            self._thread.join(BEAT_S)
         if self._error is not None:
             raise self._error
         if self._made is None:  # in a child that was forked meanwhile, which has no such thread

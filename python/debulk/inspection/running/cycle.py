@@ -15,6 +15,7 @@ from debulk.workers import Workers
 log = logging.getLogger("debulk")
 Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
+BEAT_S = 0.05  # between two looks at a deadline or a stop, and between two calls of the progress function
 
 
 class Cancelled(RuntimeError):

@@ -7,12 +7,11 @@ from concurrent.futures import wait
 from typing import TypeVar
 
 from debulk import _core
-from debulk.inspection.running.cycle import Cycle, Progress
+from debulk.inspection.running.cycle import BEAT_S, Cycle, Progress
 from debulk.stopping import known
 from debulk.workers import Workers
 
 Result = TypeVar("Result")
-_BEAT_S = 0.05  # between two calls of the progress function, and so the longest delay until its exception takes effect
 
 
 class Preparation:
@@ -39,6 +38,6 @@ class Preparation:
             Workers(1, self.stop) as pool,
         ):
             running = pool.submit(work)
-            while not wait([running], _BEAT_S).done:
+            while not wait([running], BEAT_S).done:
                 self._cycle.report(name, done)
             return running.result()
