@@ -137,8 +137,8 @@ CHECK_TEXTS = (
     CheckText(
         "coverage",
         "Too little of the ply was seen",
-        "the share of the ply that scan and reference show, small holes filled in; where it is below half of the limit no "
-        "pockets are looked for, and the reason says what is likely to be wrong",
+        "the share of the ply that scan and reference show, small holes filled in; below half of the limit no pockets "
+        "are looked for, and the reason says what is likely to be wrong",
         "`verdict.min_coverage`",
         "scan again from where all of the ply is seen, or with another exposure; complete the reference; check that "
         "both are of the same part, in one unit and frame, rows and columns in order",

@@ -20,8 +20,8 @@ from debulk.results.half_seen import HoleBeside
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
 _MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch and the windows of the smoothing
 _FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
-# From a hole to a foot or bump beside it: places of listed holes are uncertain by this, as they come from a coarser map,
-# and smoothed heights reach a little past what was seen.
+# From a hole to a foot or bump beside it: places of listed holes come from a coarser map, and smoothed heights reach a
+# little past what was seen.
 NEAR_MM = 10.0
 _NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells from their middles
 
