@@ -23,6 +23,7 @@ from pockets import LIMIT_EXCESS_MM  # noqa: E402
 from truth import Truth, extrapolated_excess, truths  # noqa: E402
 
 from debulk.risk import place  # noqa: E402
+from debulk.risk.layup import _DRAWN as DRAWN  # noqa: E402
 
 FOOT_MM = place.FOOT * 0.3
 LIMITS_MM = np.array([-0.1, -0.05, -0.03, -0.02, -0.01, -0.005, 0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1])
@@ -33,7 +34,15 @@ def parts(values: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
     """Return the values in the middle of each of so many equal parts of the weights."""
     order = np.argsort(values)
     middles = (np.arange(count) + 0.5) / count
-    return np.interp(middles, (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum(), values[order])
+    at = (np.cumsum(weights[order]) - 0.5 * weights[order]) / weights.sum()
+    return np.asarray(np.interp(middles, at, values[order]))
+
+
+def drawn_again(sums: np.ndarray, counts: np.ndarray) -> tuple[float, float]:
+    """Return the 95 % interval of the mean if other pockets had come: (N,) sums over each, of so many cases."""
+    which = np.random.default_rng(0).integers(len(sums), size=(4000, len(sums)))
+    low, high = np.percentile(sums[which].sum(axis=1) / np.maximum(counts[which].sum(axis=1), 1), (2.5, 97.5))
+    return float(low), float(high)
 
 
 def shares(of: list[Truth]) -> np.ndarray:
@@ -57,11 +66,15 @@ def referee() -> list[str]:
     off = (excess - LIMIT_EXCESS_MM) / 2
     rule = np.where(off > MARGIN_MM, 1.0, np.where(off <= -MARGIN_MM, 0.0, 0.5))
     worst = sorted(zip((rule - of) ** 2, (t.name for t in inner), strict=True))[-2:]
-    names, theirs = " and ".join(name for _, name in worst), sum(missed for missed, _ in worst) / len(of)
+    missed = (said - of) ** 2
+    low, high = drawn_again(missed, np.ones(len(of)))
+    names, theirs = " and ".join(name for _, name in worst), sum(m for m, _ in worst) / len(of)
+    theirs_too = sum(m for m, t in zip(missed, inner, strict=True) if t.name in names) / len(of)
     return [
         f"The referee's {len(inner)} pockets inside the ply, both engines: Brier {np.mean((rule - of) ** 2):.4f} by "
         f"the rule with its margin (of it {theirs:.4f} by {names}, which share their excess among folds), "
-        f"{np.mean((said - of) ** 2):.4f} by the probability (each tenth by the others)",
+        f"{missed.mean():.4f} by the probability (each tenth by the others; {theirs_too:.4f} of it by the same two; "
+        f"95 % interval if other pockets had come: {low:.3f} to {high:.3f})",
         f"share of the excess in one fold, by eighths, all pockets: {', '.join(f'{v:.3f}' for v in shares(inner))}",
     ]
 
@@ -77,12 +90,12 @@ def held_out() -> list[str]:
     missed, more, sd_mm = np.array(
         [place.reading_of(row["noise_mm"], row["missed_mm"], row["high_mm"] - row["alone_mm"]) for row in rows]
     ).T
-    # One fold draws what joins, or not: the residual is that from their middle.
+    # One fold draws what joins evenly between none and all of it: the residual is that from the middle.
     off = (true_mm - read - missed - more / 2) / np.hypot(sd_mm, more / np.sqrt(12))
     said, was, ruled = [], [], []
     for k, row in enumerate(rows):
         others = parts(off[even != even[k]], np.ones((even != even[k]).sum()), 16)
-        heights = read[k] + missed[k] + np.concatenate([sd_mm[k] * others, more[k] + sd_mm[k] * others])
+        heights = np.add.outer(read[k] + missed[k] + more[k] * DRAWN, sd_mm[k] * others)
         for limit in read[k] + LIMITS_MM:
             near = norm.cdf((heights - limit) / (place._BETWEEN * sd_mm[k])).mean()
             stray = norm.cdf((heights.mean() - limit) / (place.STRAY_SHARE * row["length_mm"] / 2))
@@ -97,16 +110,26 @@ def held_out() -> list[str]:
         f"{', '.join(f'{v:.3f}' for v in parts(off, np.ones(len(off)), 16))}",
         f"Brier, held out: {np.mean((rule - true) ** 2):.4f} by the verdicts (UNDECIDED as 0.5), "
         f"{np.mean((p - true) ** 2):.4f} by the probability; UNDECIDED {100 * np.mean(rule == 0.5):.0f} %",
-        "", f"{'said':>12}{'number':>9}{'mean said':>11}{'exceeded':>10}",
+        "", f"{'said':>12}{'number':>9}{'pockets':>9}{'mean said':>11}{'exceeded':>10}{'less what was said':>20}",
     ]  # fmt: skip
     tenth = np.minimum((10 * p).astype(int), 9)
+    by_pocket = (len(rows), len(LIMITS_MM))
     apart = sum(abs((p - true)[tenth == k].sum()) for k in range(10)) / len(p)
     lines.insert(3, f"said less what came true, in the mean over the tenths below: {100 * apart:.1f} points")
     for k in range(10):
         if (here := tenth == k).any():
             range_of = f"{k / 10:.1f} to {k / 10 + 0.1:.1f}"
-            lines.append(f"{range_of:>12}{here.sum():9d}{p[here].mean():11.3f}{true[here].mean():10.3f}")
-    return lines
+            counts = here.reshape(by_pocket).sum(axis=1)
+            low, high = drawn_again(np.where(here, true - p, 0.0).reshape(by_pocket).sum(axis=1), counts)
+            lines.append(
+                f"{range_of:>12}{here.sum():9d}{(counts > 0).sum():9d}{p[here].mean():11.3f}{true[here].mean():10.3f}"
+                f"{f'{low:+.3f} to {high:+.3f}':>20}"
+            )
+    return [
+        *lines,
+        "",
+        "less what was said: 95 % interval if other pockets had come; limits of one pocket are not independent",
+    ]
 
 
 def main() -> None:

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 _LIMITS = np.array([NormalDist().inv_cdf((k + 0.5) / 12) for k in range(12)])  # equally likely
 _ANGLES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)
 _SURE_SD = 9.0  # standard deviations off the limit, which leave a probability of 1e-19
-_JOINED = 0.5  # of places that share a fibre: whether one fold draws both depends on the vacuum, which nobody knows
+# How much of other places' excess one fold draws depends on the vacuum: evenly between none and all of it. In few steps
+# for the layup, which has to be integrated over what is common to its pockets, too.
+_DRAWN, _DRAWN_OF_LAYUP = ((np.arange(n) + 0.5) / n for n in (16, 4))
 
 
 @dataclass(frozen=True)
@@ -67,18 +69,18 @@ def risk(pockets: Sequence[PocketReport], runs: ExcessRuns | None, recipe: Recip
     turn = np.array([p.turn_mm for p in places])
     own = np.hypot([p.sd_mm for p in places], recipe.uncertainty.spread_mm)
     every = np.hypot(np.hypot(own, of_limit_mm), turn * of_angle)
-    alone, joined = _exceeds(places, every, np.zeros((1, 1)), recipe)
-    both = ((1 - _JOINED) * alone + _JOINED * joined)[:, 0]
-    each = dict(zip((p.pocket for p in places), both.tolist(), strict=True))
+    alone = _exceeds(places, every, np.zeros((len(places), 1)), _DRAWN, recipe).mean(axis=(1, 2))
+    each = dict(zip((p.pocket for p in places), alone.tolist(), strict=True))
     limit, angle = (axis.ravel() for axis in np.meshgrid(of_limit_mm * _LIMITS, of_angle * _ANGLES, indexing="ij"))
-    alone, joined = _exceeds(places, own, limit + turn[:, None] * angle, recipe)
+    given = _exceeds(places, own, limit + turn[:, None] * angle, _DRAWN_OF_LAYUP, recipe)
     weights = np.outer(np.ones(len(_LIMITS)), _WEIGHTS).ravel()
     weights /= weights.sum()
-    separate, together = np.ones(weights.size), np.ones(weights.size)
+    separate, together = np.ones(given.shape[1:]), np.ones(given.shape[1:])
     for group in _groups(places, runs):
-        separate = separate * (1 - alone[group]).prod(axis=0)
-        together = together * (1 - joined[group].max(axis=0))
-    any_of = float(1 - ((1 - _JOINED) * separate + _JOINED * together) @ weights)
+        separate = separate * (1 - given[group]).prod(axis=0)
+        together = together * (1 - given[group].max(axis=0))
+    none = separate + _DRAWN_OF_LAYUP[:, None] * (together - separate)
+    any_of = float(1 - none.mean(axis=0) @ weights)
     pocket_risks = {number: None if place is None else each[number] for number, place in known.items()}
     return Risk(pocket_risks, None if None in pocket_risks.values() else max(0.0, any_of))
 
@@ -95,15 +97,17 @@ def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
     return math.hypot(unsure.limit_mm, thickness_mm), math.radians(unsure.angle_deg) / OF_UNIFORM
 
 
-def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, recipe: Recipe) -> tuple[Floats, Floats]:
-    """Return (P, K) probabilities, alone and joined, of ridges that are (P, K) higher and scatter by (P,), mm."""
-    over = higher_mm - crease_mm(recipe)
-    both = np.array([[p.alone_mm, p.joined_mm] for p in places])[:, :, None, :]
-    near = _below((both + over[:, None, :, None]) / sd_mm[:, None, None, None]).mean(axis=3)
-    stray_mm = np.array([p.stray_mm for p in places])[:, None, None]
-    far = _below((both.mean(axis=3) + over[:, None, :]) / np.hypot(sd_mm[:, None, None], stray_mm))
-    exceeds = near + STRAYS * (stray_mm > 0) * (far - near)
-    return exceeds[:, 0], exceeds[:, 1]
+def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, drawn: Floats, recipe: Recipe) -> Floats:
+    """Return (P, D, K) probabilities of ridges that draw (D,), are (P, K) higher, and scatter by (P,), mm."""
+    found = np.empty((len(places), len(drawn), higher_mm.shape[1]))
+    for k, place in enumerate(places):
+        more_mm, over = place.joined_mm - place.alone_mm, higher_mm[k] - crease_mm(recipe)
+        heights = place.alone_mm + np.outer(drawn if more_mm.any() else drawn[:1], more_mm)
+        found[k] = _below((heights[:, None, :] + over[:, None]) / sd_mm[k]).mean(axis=2)
+        if place.stray_mm > 0:
+            far = _below((heights.mean(axis=1)[:, None] + over) / math.hypot(sd_mm[k], place.stray_mm))
+            found[k] += STRAYS * (far - found[k])
+    return found
 
 
 def _below(z: Floats) -> Floats:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from debulk.risk.layup import _JOINED, Risk, common_sd_mm, crease_mm
+from debulk.risk.layup import Risk, common_sd_mm, crease_mm
 from debulk.risk.place import STRAYS, place_of
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def sampled(
     known = {p.id: place_of(p, runs, recipe) for p in pockets}
     of_limit_mm, of_angle = common_sd_mm(recipe)
     common, angle = of_limit_mm * rng.standard_normal(count), of_angle * rng.standard_normal(count)
-    together = rng.random(count) < _JOINED
+    share = rng.random(count)  # of other places' excess that one fold draws
     exceeds = np.zeros(count, dtype=bool)
     shares: dict[int, float | None] = {}
     for number, place in known.items():
@@ -48,7 +48,8 @@ def sampled(
         drawn = rng.integers(len(place.alone_mm), size=count)
         sd_mm = np.hypot(place.sd_mm, recipe.uncertainty.spread_mm)
         sd_mm = np.hypot(sd_mm, np.where(rng.random(count) < STRAYS, place.stray_mm, 0.0))
-        height = np.where(together, place.joined_mm[drawn], place.alone_mm[drawn]) + sd_mm * rng.standard_normal(count)
+        alone, joined = place.alone_mm[drawn], place.joined_mm[drawn]
+        height = alone + share * (joined - alone) + sd_mm * rng.standard_normal(count)
         over = height + common + place.turn_mm * angle > crease_mm(recipe)
         exceeds |= over
         shares[number] = float(over.mean())
