@@ -193,7 +193,7 @@ def _relaxed(laid: net.Net) -> np.ndarray:
 
 def _triangles(neighbours: np.ndarray) -> list[tuple[int, int, int]]:
     """Return two triangles for every cell; the diagonals alternate, so that no direction is favoured."""
-    found = []
+    found: list[tuple[int, int, int]] = []
     for i, (east, _, north, _) in enumerate(neighbours):
         if east < 0 or north < 0 or neighbours[east, 2] < 0 or neighbours[east, 2] != neighbours[north, 0]:
             continue
@@ -223,7 +223,7 @@ def _noise(xy: np.ndarray, seed: int, amplitude_mm: float) -> np.ndarray:
     waves = 2 * np.pi / rng.uniform(5, 20, 24)
     turn, phase = rng.uniform(0, 2 * np.pi, (2, 24))
     field = np.cos(np.outer(xy[:, 0], waves * np.cos(turn)) + np.outer(xy[:, 1], waves * np.sin(turn)) + phase)
-    return amplitude_mm * np.sqrt(2 / 24) * field.sum(axis=1)
+    return np.asarray(amplitude_mm * np.sqrt(2 / 24) * field.sum(axis=1))
 
 
 def _normals(nodes: np.ndarray, laid: net.Net) -> np.ndarray:

@@ -207,12 +207,12 @@ def foot_distance(shape: Shape, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     c, s = np.cos(np.radians(shape.turn_deg)), np.sin(np.radians(shape.turn_deg))
     u, v = c * x + s * y, c * y - s * x
     if shape.bend_mm == 0:
-        return np.hypot(u / (shape.aspect * shape.radius_mm), v / shape.radius_mm)
+        return np.asarray(np.hypot(u / (shape.aspect * shape.radius_mm), v / shape.radius_mm))
     # The distance to an arc of radius b about (0, -b), whose length follows from the aspect.
     half = (shape.aspect - 1) * shape.radius_mm / shape.bend_mm
     turn = np.clip(np.arctan2(u, v + shape.bend_mm), -half, half)
     near_u, near_v = shape.bend_mm * np.sin(turn), shape.bend_mm * (np.cos(turn) - 1)
-    return np.hypot(u - near_u, v - near_v) / shape.radius_mm
+    return np.asarray(np.hypot(u - near_u, v - near_v) / shape.radius_mm)
 
 
 def _outline(shape: Shape) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from docutils import nodes
 from pydantic.fields import FieldInfo
@@ -38,11 +38,9 @@ def allowed(field: FieldInfo) -> str:
     kinds = [kind for kind in get_args(field.annotation) or (field.annotation,) if kind is not type(None)]
     if get_origin(field.annotation) is Literal:
         return ", ".join(f"`{json.dumps(value)}`" for value in kinds)
-    kind, *named = get_args(kinds[0]) if get_origin(kinds[0]) is Annotated else (kinds[0],)
-    rules = [*field.metadata, *(rule for one in named for rule in one.metadata)]
-    bounds = [f"{SIGNS[key]} {value:g}" for rule in rules for key, value in bound(rule)]
+    bounds = [f"{SIGNS[key]} {value:g}" for rule in field.metadata for key, value in bound(rule)]
     words: dict[Any, str] = {int: "whole number", float: "number", bool: "`true`, `false`", str: "text"}
-    return " ".join([words[kind], ", ".join(bounds)]).strip()
+    return " ".join([words[kinds[0]], ", ".join(bounds)]).strip()
 
 
 def bound(rule: object) -> list[tuple[str, float]]:

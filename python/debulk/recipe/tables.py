@@ -323,9 +323,10 @@ class Uncertainty(Section):
     angle_deg: float = Field(
         default=2.0, ge=0, le=45, description="the fibres run within this angle of where they are said to, evenly"
     )
-    crease_mm: UpTo10 | None = Field(
+    crease_mm: float | None = Field(
         default=None,
         gt=0,
+        le=10,
         description="ridge at which half of the pockets crease (debulk calibrate); unset: verdict.max_ridge_mm",
     )
     limit_mm: UpTo10 = Field(
