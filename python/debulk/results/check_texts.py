@@ -129,10 +129,10 @@ CHECK_TEXTS = (
     CheckText(
         "reference_humps",
         "The reference may hold a pocket of the ply before",
-        "round humps of the reference on smooth surroundings, under the ply",
+        "round humps of the reference on smooth surroundings, under the ply, and the air that the ply shows on them",
         "`verdict.max_ridge_mm`, for the ridge of the longest fibre over it",
         "give the scan that was taken after the ply before was debulked (`debulk.Stack`); a mold may have such a boss",
-        (None,),
+        (None, UNDECIDED),
     ),
     CheckText(
         "coverage",

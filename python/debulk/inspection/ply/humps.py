@@ -1,9 +1,10 @@
 """Humps of the reference that look like a pocket of the ply before, which was scanned before it was debulked.
 
 Heights are measured from the reference, so that a pocket that it already holds is invisible: the ply on it lies flat.
-A hump counts if all round it the surface is smooth, as a quadratic surface that is fitted to a ring predicts it, and
-if a fibre over it, together with what the ply has there, would make a ridge above the limit. Bosses of a mold look the
-same: a hump is only named.
+A hump counts if all round it the surface is smooth, as a quadratic surface predicts it that is fitted to a ring, or one
+that is straight in one direction with any profile across, as a spar's is; and if a fibre over it, together with what
+the ply shows there, would make a ridge above the limit. Bosses of a mold look the same: a hump by itself is only named.
+Where the ply stands off it, too, it may be one pocket of which the reference holds a part, and the layup is UNDECIDED.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.arrays import Floats
@@ -23,6 +25,7 @@ from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
+from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -37,6 +40,10 @@ _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrow
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
+_EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
+_WAYS = tuple(way for right, down in _EIGHT for way in ((right, down), (-down, right)))
+_TURNS = np.radians((6.0, 1.5))  # on both sides of a way, in which the mold is looked for to be straightest
+_Top = tuple[int, int, tuple[int, int] | None]  # row, column, and the way along which the mold is straight there
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,12 @@ class Hump:
     ridge_mm: float
     """`excess_mm`, `ridge_mm`: of the fibre over it that is longest, compared with that surface, and the ridge that
     this makes."""
+    shown_mm: float = 0.0
+    """Of `excess_mm`, what a scan shows on the hump."""
+
+    def covers(self, place_mm: Floats) -> bool:
+        """Return whether a place (2,) lies on the hump, or near it."""
+        return bool(np.hypot(*(place_mm - self.place_mm)) <= max(_RADII_MM[0], np.sqrt(self.area_mm2)))
 
 
 def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
@@ -65,16 +78,17 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
     coarse, found = seen, list[Hump]()
     for radius in _RADII_MM:
         coarse = _coarse(coarse, radius / _CELLS)
-        for row, column in _tops(coarse, radius, ply.outline):
-            hump = _hump(coarse, row, column, radius, angles, recipe)
+        for row, column, way in _tops(coarse, radius, ply.outline):
+            place = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
+            if way is not None and any(one.covers(place) for one in found):
+                continue
+            hump = _hump(coarse, row, column, way, radius, angles, recipe)
             if hump is not None:
                 found.append(hump)
     found.sort(key=lambda one: -one.ridge_mm)
     kept: list[Hump] = []
     for hump in found:
-        far = [np.hypot(*np.subtract(hump.place_mm, one.place_mm)) for one in kept]
-        reach = [max(_RADII_MM[0], np.sqrt(one.area_mm2)) for one in kept]
-        if all(distance > near for distance, near in zip(far, reach, strict=True)):
+        if not any(one.covers(np.array(hump.place_mm)) for one in kept):
             kept.append(hump)
     return tuple(kept)
 
@@ -84,11 +98,10 @@ def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tupl
     out = []
     for hump in humps:
         own_mm = 0.0 if largest is None else _largest_near(largest, hump)
-        # Heights add up, and excess goes with their squares if both have one shape, else it is less.
-        total_mm = (np.sqrt(hump.excess_mm) + np.sqrt(min(own_mm, hump.excess_mm))) ** 2
+        total_mm = hump.excess_mm + own_mm  # a scan's excess is measured from the reference with the hump in it
         ridge_mm = ridge_of(total_mm, recipe)
         if ridge_mm > recipe.verdict.max_ridge_mm:
-            out.append(replace(hump, excess_mm=total_mm, ridge_mm=ridge_mm))
+            out.append(replace(hump, excess_mm=total_mm, ridge_mm=ridge_mm, shown_mm=own_mm))
     return tuple(out)
 
 
@@ -103,22 +116,18 @@ def _largest_near(largest: Grid, hump: Hump) -> float:
 
 
 def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
-    """Name each hump, with its ridge against the limit."""
-    limit = recipe.verdict.max_ridge_mm
-    return [
-        Finding(
-            "reference_humps",
-            None,
-            f"the reference has {_what(hump)}: if that is a pocket of the ply before, give the scan that was taken "
-            "after it was debulked",
-            hump.ridge_mm,
-            limit,
-            "mm",
-            hump.place_mm,
-            remedy="give the scan that was taken after the ply before was debulked",
-        )
-        for hump in humps
-    ]
+    """Name each hump, with its ridge against the limit; UNDECIDED where the ply stands off it."""
+    limit, least_mm = recipe.verdict.max_ridge_mm, 2 * recipe.verdict.excess_margin_mm
+    remedy = "give the scan that was taken after the ply before was debulked"
+    out = []
+    for hump in humps:
+        air = hump.shown_mm > least_mm
+        stands = f", and the ply stands off it: together a ridge of {hump.ridge_mm:.2f} mm" if air else ""
+        reason = f"the reference has {_what(hump)}{stands}: if that is a pocket of the ply before, {remedy}"
+        at_best = Verdict.UNDECIDED if air else None
+        place = hump.place_mm
+        out.append(Finding("reference_humps", at_best, reason, hump.ridge_mm, limit, "mm", place, remedy=remedy))
+    return out
 
 
 def left_out(humps: tuple[Hump, ...]) -> tuple[LeftOut, ...]:
@@ -159,8 +168,8 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     return Grid(values, origin, step * float(seen.spacing_mm))
 
 
-def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[tuple[int, int]]:
-    """Return the places that stand highest above what a quadratic surface through the ring round them predicts."""
+def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[_Top]:
+    """Return the places that stand highest above what the ring round them predicts, or lines through them."""
     cells = radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
     if min(coarse.values.shape) < 2 * reach + 1:
@@ -176,15 +185,85 @@ def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[tu
     above = heights - cv2.filter2D(heights, -1, kernel, borderType=cv2.BORDER_CONSTANT)
     disc = (np.hypot(u, v) <= _OUTER * cells).astype(np.float64)
     share = cv2.filter2D(known.astype(np.float64), -1, disc / disc.sum(), borderType=cv2.BORDER_CONSTANT)
-    side = 2 * max(1, int(cells / 2)) + 1
-    top = (above >= cv2.dilate(above, np.ones((side, side)))) & (above > _LEAST_MM) & known & (share >= _SEEN)
-    rows, columns = np.nonzero(top)
-    if ply_outline is not None and len(rows):
-        xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
-        on = pocket.inside(ply_outline, xy)
-        rows, columns = rows[on], columns[on]
-    order = np.argsort(-above[rows, columns])[:_MOST]
-    return [(int(rows[k]), int(columns[k])) for k in order]
+    able = known & (share >= _SEEN)
+    along, ways = _above_lines(np.where(known, heights, np.nan).astype(np.float32), cells, reach)
+    tops: list[_Top] = []
+    for standing, of in ((above, None), (along, ways)):
+        side = 2 * max(1, int(cells / 2)) + 1
+        rows, columns = np.nonzero(
+            (standing >= cv2.dilate(standing, np.ones((side, side)))) & able & (standing > _LEAST_MM)
+        )
+        if ply_outline is not None and len(rows):
+            xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
+            on = pocket.inside(ply_outline, xy)
+            rows, columns = rows[on], columns[on]
+        for k in np.argsort(-standing[rows, columns])[:_MOST]:
+            way = None if of is None else _WAYS[of[rows[k], columns[k]]]
+            tops.append((int(rows[k]), int(columns[k]), way))
+    return tops
+
+
+def _above_lines(
+    heights: NDArray[np.float32], cells: float, reach: int
+) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Return by how much each place stands above the calmest of the lines through it, and which of `_WAYS` that is.
+
+    A line predicts a place by a parabola through what lies one to two radii off on both sides. It is calm if its
+    neighbours predict their places: on a mold that is straight in one direction, as a spar is, such lines are calm.
+    """
+    ny, nx = heights.shape
+    best, calmest = np.zeros((ny, nx), np.float32), np.full((ny, nx), np.inf, np.float32)
+    ways = np.zeros((ny, nx), np.int64)
+    for number, (right, down) in enumerate(_WAYS):
+        long = np.hypot(right, down)
+        steps = np.unique(np.linspace(np.ceil(cells / long), np.round(_OUTER * cells / long), 3).astype(int))
+        weights = np.linalg.pinv(np.stack([np.ones(len(steps)), steps**2.0], axis=1))[0]
+        above = heights.copy()
+        for k, weight in zip(steps, weights, strict=True):
+            for sign in (-k, k):
+                above -= np.float32(weight / 2) * _moved(heights, sign * right, sign * down)
+        rows, columns = np.nonzero(above > _LEAST_MM)  # no NaN is
+        beside = []
+        for k in cells * np.outer((-1, 1), np.linspace(1, _OUTER, 5)).ravel() / long:
+            i, j = np.rint(rows + k * right).astype(int), np.rint(columns - k * down).astype(int)
+            within = (i >= 0) & (i < ny) & (j >= 0) & (j < nx)
+            beside.append(np.where(within, above[np.clip(i, 0, ny - 1), np.clip(j, 0, nx - 1)], np.nan))
+        off = np.sqrt(np.mean(np.square(beside), axis=0))
+        calm = (off <= _SMOOTH * above[rows, columns]) & (off < calmest[rows, columns])
+        at = rows[calm], columns[calm]
+        best[at], calmest[at], ways[at] = above[at], off[calm], number
+    return best, ways
+
+
+def _moved(heights: NDArray[np.float32], right: int, down: int) -> NDArray[np.float32]:
+    """Return what lies so many columns to the right and rows down of each place; NaN beyond the border."""
+    ny, nx = heights.shape
+    out = np.full_like(heights, np.nan)
+    if abs(down) < ny and abs(right) < nx:
+        out[max(0, -down) : ny - max(0, down), max(0, -right) : nx - max(0, right)] = heights[
+            max(0, down) : ny - max(0, -down), max(0, right) : nx - max(0, -right)
+        ]
+    return out
+
+
+def _surface(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
+    """Return the quadratic surface through a ring."""
+    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
+    return np.asarray(product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape))
+
+
+def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
+    """Return the surface f(v) + (a + b u + c v) u through a ring, whose f is any profile across u."""
+    count = np.maximum(ring.sum(axis=1), 1)
+
+    def level(of: Floats) -> Floats:
+        return np.asarray(np.where(ring, of, 0.0).sum(axis=1) / count)[:, None]
+
+    terms = [u, u * u, u * v]
+    apart = np.stack([(one - level(one))[ring] for one in terms], axis=1)
+    factors = least_squares(apart, (part - level(part))[ring])
+    bent = sum((factor * one for factor, one in zip(factors, terms, strict=True)), np.zeros_like(part))
+    return np.asarray(bent + level(part - bent))
 
 
 def _quadratic(u: Floats, v: Floats) -> Floats:
@@ -192,47 +271,73 @@ def _quadratic(u: Floats, v: Floats) -> Floats:
 
 
 def _hump(
-    coarse: Grid, row: int, column: int, radius_mm: float, angles_deg: tuple[float, ...], recipe: Recipe
+    coarse: Grid,
+    row: int,
+    column: int,
+    way: tuple[int, int] | None,
+    radius_mm: float,
+    angles_deg: tuple[float, ...],
+    recipe: Recipe,
 ) -> Hump | None:
     """Measure a hump; None if its surroundings are not smooth."""
     cells = radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
-    rows, columns = (slice(max(0, at - reach), at + reach + 1) for at in (row, column))
-    part = coarse.values[rows, columns]
-    v, u = np.mgrid[rows.start : rows.start + part.shape[0], columns.start : columns.start + part.shape[1]]
-    u, v = (u - column) / cells, (v - row) / cells
-    far, known = np.hypot(u, v), np.isfinite(part)
-    ring = known & (far > 1) & (far <= _OUTER)
-    if np.count_nonzero(ring) < 30:
-        return None
-    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
-    below = product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape)
-    hump = np.where(known, part - below, 0.0)
-    height = float(hump[row - rows.start, column - columns.start])
-    off = float(np.sqrt(np.mean(hump[ring] ** 2)))
+    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
+    far, around = np.hypot(u, v), int(np.ceil(np.sqrt(2) * reach)) + 1
+    left, low = max(0, column - around), max(0, row - around)
+    near = coarse.values[low : row + around + 1, left : column + around + 1]
+
+    def turned(turn: float) -> tuple[Floats, Floats, float]:
+        """Return what is below, the hump above it, and how far the ring is off, on a map turned by an angle."""
+        c, s = cells * np.cos(turn), cells * np.sin(turn)
+        part = _between(near, column - left + c * u - s * v, row - low + s * u + c * v)
+        ring = np.isfinite(part) & (far > 1) & (far <= _OUTER)
+        if np.count_nonzero(ring) < 30:
+            return part, part, np.inf
+        below = (_surface if way is None else _profile)(part, ring, u, v)
+        return below, part - below, float(np.sqrt(np.mean((part - below)[ring] ** 2)))
+
+    turn = 0.0
+    if way is not None:  # where the mold is straightest: a parabola through the squares of how far the ring is off
+        turn = float(np.arctan2(way[1], way[0]))
+        for apart in _TURNS:
+            less, here, more = (turned(turn + k * apart)[2] ** 2 for k in (-1, 0, 1))
+            bend = less + more - 2 * here
+            if bend > 0:
+                turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
+    below, hump, off = turned(turn)
+    height = float(np.nan_to_num(hump[reach, reach]))
     if height < _LEAST_MM or off > _SMOOTH * height:
         return None
-    lifted = np.where((far <= 1.1) & (hump > _FOOT * height), hump, 0.0)
-    excess = max(_excess(below, lifted, row - rows.start, column - columns.start, one, coarse) for one in angles_deg)
+    lifted = np.where(far <= 1.1, np.where(hump > _FOOT * height, hump, hump * 0), 0.0)
+    excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)
     x, y = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
     if area < _LEAST_MM2:
         return None
     # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
-    left = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
-    excess = max(0.0, excess) / left
+    kept = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
+    excess = max(0.0, excess) / kept
     return Hump((float(x), float(y)), height, area, excess, ridge_of(excess, recipe))
 
 
-def _excess(below: Floats, lifted: Floats, row: int, column: int, angle_deg: float, coarse: Grid) -> float:
+def _excess(below: Floats, lifted: Floats, reach: int, angle_deg: float, coarse: Grid) -> float:
     """Return by how much a fibre over the top is longer than the surface below, mm."""
-    half = min(lifted.shape) / 2
-    s = np.arange(-half, half + 0.5)
-    x = (column + s * np.cos(np.radians(angle_deg))).astype(np.float32)
-    y = (row + s * np.sin(np.radians(angle_deg))).astype(np.float32)
-    lines = [
-        cv2.remap(one.astype(np.float32), x[None], y[None], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)[0]
-        for one in (below + lifted, below)
-    ]
-    upper, lower = (np.hypot(np.diff(line.astype(np.float64)), coarse.spacing_mm).sum() for line in lines)
-    return float(upper - lower)
+    s = np.arange(-reach - 0.5, reach + 1.0)
+    x, y = reach + s * np.cos(np.radians(angle_deg)), reach + s * np.sin(np.radians(angle_deg))
+    upper, lower = (_between(one, x[None], y[None])[0] for one in (below + lifted, below))
+    seen = np.isfinite(upper) & np.isfinite(lower)
+    step = np.diff(s[seen]) * coarse.spacing_mm
+    longer, shorter = (np.hypot(np.diff(line[seen]), step).sum() for line in (upper, lower))
+    return float(longer - shorter)
+
+
+def _between(values: Floats, x: Floats, y: Floats) -> Floats:
+    """Return the values between those of a map, at columns x and rows y; NaN where less than half is known."""
+    known = np.isfinite(values)
+    x, y = x.astype(np.float32), y.astype(np.float32)
+    total, share = (
+        cv2.remap(one, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+        for one in (np.where(known, values, 0.0), known.astype(np.float64))
+    )
+    return np.asarray(np.where(share >= 0.5, total / np.maximum(share, 0.5), np.nan))
