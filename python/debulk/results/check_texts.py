@@ -69,14 +69,6 @@ CHECK_TEXTS = (
         (INVALID,),
     ),
     CheckText(
-        "repeated_pixels",
-        "The image was enlarged by repeating pixels",
-        "the share of pixels that hold the same point as a neighbour",
-        "60 % of the pixels",
-        "give the scan in the resolution in which it was taken",
-        (INVALID,),
-    ),
-    CheckText(
         "point_spacing",
         "The scan is too coarse",
         "the spacing of the points on the ply",

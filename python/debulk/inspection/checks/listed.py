@@ -10,7 +10,7 @@ from collections.abc import Callable
 from debulk.inspection.checks import approval, false_acceptance, fibre_angles, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.clouds import repeated_pixels, unit
+from debulk.inspection.clouds import unit
 from debulk.inspection.evidence import smooth_patches, two_layers
 from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
@@ -43,7 +43,6 @@ CHECKS = (
     Check("same_scan", _of_place("same_scan")),
     Check("unit", _of_place("unit"), (unit.LIMITS,)),
     Check("two_layers", _of_place("two_layers"), (two_layers.LIMITS,)),
-    Check("repeated_pixels", _of_place("repeated_pixels"), (repeated_pixels.LIMITS,)),
     Check("point_spacing", _of_place("point_spacing"), (resolution.LIMITS,)),
     Check("steep_mold", _of_place("steep_mold"), (steep.LIMITS,)),
     Check("mold_edge", _of_place("mold_edge"), (mold_edge.LIMITS,)),

@@ -37,12 +37,8 @@ class Sample:
     """Offset that was subtracted from the heights."""
     pitch_mm: float = np.inf
     """Distance from point to point of the scan, where it shows the ply; inf: not known."""
-    repeated: float = 0.0
-    """Share of the scan's pixels that hold the same point as a neighbour; see `repeated_pixels`."""
     apart_mm: float = 0.0
     """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
-    image: bool = True
-    """Whether the scan is an image."""
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
     """Results of `PlyZones.inside`, by the zones, kept because several checks ask for them."""
 

@@ -79,7 +79,10 @@ class WholeScanFinder:
                     f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
                     "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
                 )
-        return "no pocket was looked for: is the scan cut off, or in another unit, frame or place than the reference?"
+        return (
+            "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, or does "
+            "it hold each point several times, as an enlarged image does?"
+        )
 
     def _ply_box(self) -> Floats | None:
         """Return the lowest and highest XY of the ply with the margin that the filters see; None: all the reference."""

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds import repeated_pixels
 from debulk.inspection.clouds.offset import raised
-from debulk.inspection.clouds.repeated_pixels import repeated_reason, repeated_share
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.clouds.unit import unit_reason, width_of
 from debulk.inspection.evidence.outline import Outline
@@ -90,9 +88,7 @@ class Placing:
         on = self.zones.inside(sample)
         pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
         apart_mm = layers_apart_mm(scan, self._setup, pitch_mm)
-        sample = replace(
-            sample, pitch_mm=pitch_mm, repeated=repeated_share(scan), apart_mm=apart_mm, image=scan.ndim == 3
-        )
+        sample = replace(sample, pitch_mm=pitch_mm, apart_mm=apart_mm)
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -114,11 +110,6 @@ class Placing:
         if sample.apart_mm > 0:
             reason = layers_reason(sample.apart_mm)
             return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
-        if sample.repeated > repeated_pixels.LIMITS.share:
-            reason = repeated_reason(sample.repeated, image=sample.image)
-            return Placed(
-                None, Finding("repeated_pixels", Verdict.INVALID, reason, sample.repeated, repeated_pixels.LIMITS.share)
-            )
         coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
