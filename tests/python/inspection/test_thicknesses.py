@@ -49,14 +49,14 @@ def test_two_layers_in_one_list_of_points_are_named(share):
 
 @pytest.mark.parametrize("image", [True, False])
 def test_repeated_points_are_named(image):
-    """The outlier filter takes heaps of points away: of an enlarged image, or of a list that holds each one five times."""
+    """The outlier filter takes heaps of points away: of an enlarged image, or of a list that holds each five times."""
     scan, reference, outline = spar.clouds(80.0, 20.0, 0.3)
     height, width = scan.shape[:2]
     enlarged = scan[::2, ::2].repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
     report = inspected(enlarged if image else scan.reshape(-1, 3).repeat(5, axis=0), reference, outline, 0.3)
     assert report.verdict is Verdict.INVALID
     assert report.findings[0].check == "coverage"
-    assert "or does it hold each point several times" in report.reason
+    assert "or are its points repeated" in report.reason
 
 
 def test_the_level_is_never_looser_than_a_third_or_so_of_the_thickness():

@@ -80,8 +80,8 @@ class WholeScanFinder:
                     "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
                 )
         return (
-            "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, or does "
-            "it hold each point several times, as an enlarged image does?"
+            "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, or are "
+            "its points repeated, as in an enlarged image?"
         )
 
     def _ply_box(self) -> Floats | None:
