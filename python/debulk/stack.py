@@ -16,6 +16,7 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.files.replacing import check_ending, write_text
+from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.fibre_angles import Angles, checked_angles
@@ -187,6 +188,8 @@ class Stack:
         deadline_s: float | None = None,
         progress: Progress | None = None,
         context: Mapping[str, Any] | None = None,
+        *,
+        fibre_angles_deg: Grid | None = None,
     ) -> Report:
         """Inspect a scan of the ply that was laid last, as `Inspector.inspect`; it may be scanned again and again.
 
@@ -210,7 +213,7 @@ class Stack:
         before = "the bare mold" if ply.number == 1 else f"ply {ply.number - 1} after debulking, which passed"
         own = {"part": self.part} if self.part else {}
         kept = {**own, "ply": ply.number, "reference": before, **(context or {})}
-        report = self._inspector.inspect(scan, deadline_s, progress, kept)
+        report = self._inspector.inspect(scan, deadline_s, progress, kept, fibre_angles_deg=fibre_angles_deg)
         self.plies[-1] = StackPly(ply.number, report)  # a comparison of another state of the ply says nothing of this
         return report
 

@@ -44,6 +44,7 @@ def seeds(target: str) -> list[bytes]:
     if target in ("report", "comparison"):
         return [b"\0" + gzip.decompress(path.read_bytes()) for path in sorted(old.glob(f"{target}*.json.gz"))]
     text = {
+        "angles": "x,y,first,second\n0,0,0,90\n10,0,1,91\n0,10,2,92\n",
         "outline": "x,y\n0,0\n100,0\n100,80\n0,80\n",
         "pose": "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
         "recipe": debulk.Recipe().to_toml(),

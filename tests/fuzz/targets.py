@@ -23,6 +23,7 @@ MOST_BYTES = 1 << 17
 TARGETS: dict[str, tuple[tuple[str, ...], Callable[[Path], Any]]] = {
     "cloud": (CLOUDS, files.load_cloud),
     "outline": ((".csv", ".dxf"), files.load_outline),
+    "angles": ((".csv",), files.load_angles),
     "pose": ((".txt", ".npy", ".json"), files.load_pose),
     "mask": ((".png", ".npy"), files.load_mask),
     "report": ((".json",), Report.load),

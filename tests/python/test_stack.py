@@ -45,6 +45,11 @@ def test_a_ply_of_a_stack_has_angles_of_a_sensor_and_its_nominal_ones(virtual):
         ahead.lay_ahead(virtual.ply_outline, measured, nominal_angles_deg=(0.0, 90.0))
         (again,) = [one for one in ahead.inspect(virtual.scan).findings if one.check == "fibre_angles"]
     assert again == turned and turned.at_best is Verdict.INVALID
+    stack = Stack(RECIPE, virtual.reference, mold_from_scanner=virtual.mold_from_scanner)
+    stack.lay(virtual.ply_outline)
+    seen = stack.inspect(virtual.scan, fibre_angles_deg=measured)  # by a sensor that looks at each ply as it is scanned
+    assert turned.reason in [one.reason for one in seen.findings if one.check == "fibre_angles"]
+    assert not [one for one in stack.inspect(virtual.scan).findings if one.check == "fibre_angles"]
 
 
 def test_a_stack_carries_the_reference_from_ply_to_ply(virtual, tmp_path):

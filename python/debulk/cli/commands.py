@@ -81,6 +81,12 @@ def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
     given: Given,
+    measured_angles: Annotated[
+        Path | None,
+        typer.Option(
+            help="Fibre angles that a sensor saw on this ply, CSV x,y,first,second; then --angles is nominal."
+        ),
+    ] = None,
     chain: ChainFile = None,
     deadline: Annotated[float | None, typer.Option(help="Seconds after which the inspection ends.")] = None,
     context: Annotated[
@@ -101,10 +107,12 @@ def inspect(
         if deadline is not None and not 0 < deadline < float("inf"):
             raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
+        from debulk.files import load_angles
         from debulk.files.clouds import read_cloud
         from debulk.history.kept import history_of
 
         kept_in, settings, qualified = history_of(history), given.read(), chain_of(chain)
+        measured = None if measured_angles is None else load_angles(measured_angles, given.unit)
         with shown_progress() as progress:
             progress("reading", 0.0)
             reference_cloud = read_cloud(reference, given.unit)
@@ -117,7 +125,9 @@ def inspect(
             inspector = Inspector(
                 reference=reference_cloud.values, progress=progress, approved=approved, chain=qualified, **settings
             )
-            report = inspector.inspect(scan_cloud.values, deadline_s=deadline, progress=progress, context=kept).settle()
+            report = inspector.inspect(
+                scan_cloud.values, deadline, progress, context=kept, fibre_angles_deg=measured
+            ).settle()
         read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
         notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
         source = {"scan": scan.name, "reference": reference.name, **report.source}

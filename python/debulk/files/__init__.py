@@ -1,7 +1,8 @@
-"""Files in and out: clouds, masks, poses, outlines. No file is trusted, and a bad file gives one clear error."""
+"""Files in and out: clouds, masks, poses, outlines, angles. No file is trusted; a bad one gives one clear error."""
 
 from __future__ import annotations
 
+from debulk.files.angles import load_angles
 from debulk.files.clouds import CloudWarning, load_cloud, save_cloud
 from debulk.files.heights import load_heights
 from debulk.files.mask import load_mask
@@ -13,6 +14,7 @@ from debulk.files.units import Unit
 __all__ = [
     "CloudWarning",
     "Unit",
+    "load_angles",
     "load_cloud",
     "load_heights",
     "load_mask",

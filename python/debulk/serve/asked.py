@@ -26,13 +26,14 @@ class _Asked(BaseModel):
 class Inspection(_Asked):
     """A scan to be inspected: `path` of a file on this machine, or `name` of the file that is sent.
 
-    `inspector` names the reference; `deadline_s` counts from when the request is accepted, None: the service's own;
-    `part` and `ply` are kept in the report.
+    `inspector` names the reference; `angles` is a file of what a sensor measured on this ply; `deadline_s` counts from
+    when the request is accepted, None: the service's own; `part` and `ply` are kept in the report.
     """
 
     path: Path | None = None
     name: Name | None = None
     inspector: Name = "default"
+    angles: Path | None = None
     deadline_s: Annotated[float, Field(gt=0, le=3600)] | None = None
     part: Word = ""
     ply: Word = ""

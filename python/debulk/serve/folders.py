@@ -18,6 +18,10 @@ class Folders:
                 raise InputError(f"--folder: there is no folder {folder}")
         self._allowed = [folder.resolve() for folder in allowed]
 
+    def optional(self, named: str | None) -> Path | None:
+        """Return the same for what a request may leave out: None for None."""
+        return None if named is None else self.file(named)
+
     def file(self, named: str) -> Path:
         """Return the path of a file that a request names, without symbolic links; refuse one outside the folders."""
         try:

@@ -32,6 +32,8 @@ class Job:
     scan: Path
     sent: bool
     """`scan`, `sent`: the file; whether it was sent, and so belongs to the service."""
+    angles: Path | None
+    """File of the fibre directions that a sensor measured on this ply; None: there is none."""
     deadline_s: float | None
     """Seconds from `began_s`; None: no deadline."""
     part: str

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from debulk import InputError
-from debulk.files import Unit
+from debulk.files import Unit, load_angles
 from debulk.files.clouds import read_cloud
 from debulk.files.source import Points
 from debulk.history import History
@@ -113,16 +113,18 @@ class Service:
         """Accept a scan that a request names: a file in one of the folders, for an inspector that is ready."""
         self.check_room()
         inspector = self.inspectors.get(asked.inspector)
-        return self.accept(asked, inspector, self.folders.file(asked.path or ""), sent=False)
+        angles = self.folders.optional(asked.angles)
+        return self.accept(asked, inspector, self.folders.file(asked.path or ""), angles, sent=False)
 
-    def accept(self, asked: Inspection, inspector: Inspector, scan: Path, sent: bool) -> Job:
-        """Put a scan into the queue, in which its request holds a place."""
+    def accept(self, asked: Inspection, inspector: Inspector, scan: Path, angles: Path | None, sent: bool) -> Job:
+        """Put a scan, with the file of its ply's fibre directions, into the queue, in which its request has a place."""
         job = Job(
             f"{self.run}-{next(self._numbers)}",
             inspector,
             asked.inspector,
             scan,
             sent,
+            angles,
             asked.deadline_s or self.deadline_s,
             asked.part,
             asked.ply,
@@ -137,7 +139,7 @@ class Service:
     def prepare(self, name: str, asked: Reference) -> None:
         """Begin to prepare an inspector; from now on its name has none until it is ready."""
         reference = self.folders.file(asked.reference)
-        outline = None if asked.outline is None else self.folders.file(asked.outline)
+        outline = self.folders.optional(asked.outline)
         self.inspectors.begin(name)
         self._tell()
 
@@ -244,11 +246,12 @@ class Service:
     def _of_file(self, job: Job, given_up: threading.Event) -> Result:
         """Read and inspect a scan, in a thread of its own."""
         cloud = self._read(job.scan, self.cell.unit)
+        angles = None if job.angles is None else load_angles(job.angles, self.cell.unit)
         if given_up.is_set():  # nobody waits any more: nothing may come into the history that no cell was told
             raise Cancelled("given up")
         left = None if job.deadline_s is None else max(job.deadline_s - _since(job), 1e-3)
         context = {name: value for name, value in (("part", job.part), ("ply", job.ply)) if value}
-        report = job.inspector.inspect(cloud.values, deadline_s=left, context=context)
+        report = job.inspector.inspect(cloud.values, left, context=context, fibre_angles_deg=angles)
         notes = [f"{job.scan.name}: {note}" for note in cloud.notes]
         report = report.as_decided().changed(  # without the pictures, which nobody asks for
             source={"scan": job.scan.name, "inspector": job.inspector_name, **report.source},

@@ -91,9 +91,10 @@ class _Web:
         if asked.name is None or asked.path is not None:
             raise Refusal(400, "expected ?name=scan.pcd, which tells the kind of file, and no path")
         inspector = self.service.inspectors.get(asked.inspector)
+        angles = self.service.folders.optional(asked.angles)
         with self.service.place_in_the_queue():
             scan = await received(request, self.spool, asked.name, self.most_bytes)
-        return self.service.accept(asked, inspector, scan, sent=True)
+        return self.service.accept(asked, inspector, scan, angles, sent=True)
 
     async def get(self, request: Request) -> Response:
         number = request.path_params["number"]

@@ -16,6 +16,7 @@ from debulk.history import History
 pytestmark = pytest.mark.layup
 CALL = "from debulk.cli import main; main()"
 WORDS = ["serve", "--port", "0", "--reference", "ref.npy", "--pose", "pose.txt", "--outline", "outline.csv"]
+BYTES = "application/octet-stream"
 WORDS += ["--folder", ".", "--history", "cell.sqlite", "--spool", "."]
 
 
@@ -48,8 +49,16 @@ def test_from_the_command_to_the_verdict_and_to_the_end(cell):
             pass
         body = (cell / "scan.npy").read_bytes()
         sent = f"{home}inspections?name=scan.npy&inspector=next"
-        _, headers = ask(sent, "POST", body, "application/octet-stream")
+        _, headers = ask(sent, "POST", body, BYTES)
         turned = ask(f"{home}{headers['Location'][1:]}?wait_s=60")[0]["result"]
+        seen = [f"{x},{y},5,95" for x in range(-800, 801, 80) for y in range(-800, 801, 80)]
+        (cell / "angles.csv").write_text("\n".join(seen))
+        _, headers = ask(f"{home}inspections?name=scan.npy&angles={cell / 'angles.csv'}", "POST", body, BYTES)
+        measured = ask(f"{home}{headers['Location'][1:]}?wait_s=60")[0]["result"]
+        (cell / "angles.csv").write_text("no table")
+        paths = {"path": str(cell / "scan.npy"), "angles": str(cell / "angles.csv")}
+        _, headers = ask(f"{home}inspections", "POST", paths)
+        unread = ask(f"{home}{headers['Location'][1:]}?wait_s=60")[0]["result"]
     finally:
         process.send_signal(signal.SIGTERM)
         assert process.wait(30) == 0
@@ -59,6 +68,8 @@ def test_from_the_command_to_the_verdict_and_to_the_end(cell):
     assert (by_path["verdict"], by_path["reason"]) == (kept.verdict.name, kept.reason) == ("CREASE", kept.reason)
     assert [deed["place_mm"] for deed in by_path["do"] if deed["verdict"] == "CREASE"]
     assert len(by_path["outline_mm"]) > 3
+    assert measured["verdict"] == "INVALID" and "5.0 degrees counter-clockwise from nominal" in measured["reason"]
+    assert unread["refused"] and "angles.csv: expected a table of numbers" in unread["reason"]
     other = history.report(turned["record"])
     assert other.trace.fibre_angles_deg.tolist() == [45.0, -45.0] and other.source["inspector"] == "next"
     assert sorted(path.name for path in cell.iterdir() if path.name.startswith("debulk-serve")) == []
