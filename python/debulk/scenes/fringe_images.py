@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -26,6 +26,7 @@ FULL_WELL = 14_000.0  # electrons at the greatest grey value
 READ_ELECTRONS = 6.0
 LENS_BLUR_PIXELS = 0.6  # standard deviation
 WHITE = 0.7  # reflectance that just saturates the exposure of 1
+_BAND_ROWS = 256  # that are traced at once, to save memory
 _HIDDEN = 2e-4  # share of the way from the projector: a surface nearer by more than this blocks the light
 
 
@@ -125,10 +126,14 @@ def fringe_images(
 
     taken, phases = [], []
     for side, camera in enumerate((instrument.left, instrument.right)):
-        points = _points(camera, target, not bare)
-        at = _field(points, instrument, camera, target, not bare)
-        on_ply = target.ply.inside(points[..., 0], points[..., 1]) & (not bare)
-        bright = reflectance(points, on_ply, target, camera, instrument.projector, textures)
+        at, bright = (np.empty((camera.height, camera.width)) for _ in range(2))
+        for rows in _bands(camera.height):
+            rays = camera.rays(rows)
+            way = depths(camera, rays, rows.start, camera.centre, target, not bare)
+            points = camera.centre + way[..., None] * rays
+            at[rows] = _field(points, rows.start, instrument, camera, target, not bare)
+            on_ply = target.ply.inside(points[..., 0], points[..., 1]) & (not bare)
+            bright[rows] = reflectance(points, on_ply, target, camera, instrument.projector, textures)
         taken.append(_take(lines, at, bright, times, bits, (seed, 10 + 2 * repeat + side, int(bare))))
         phases.append((2 * np.pi * periods[0] * at).astype(np.float32))
     calibration = instrument.calibration()
@@ -137,19 +142,19 @@ def fringe_images(
     return FringeImages(taken[0], taken[1], calibration, pose, truth)
 
 
-def _points(camera: View, target: Target, ply: bool) -> F64:
-    rays = camera.rays()
-    return np.asarray(camera.centre + depths(camera, rays, camera.centre, target, ply)[..., None] * rays)
+def _bands(height: int) -> Iterator[slice]:
+    for first in range(0, height, _BAND_ROWS):
+        yield slice(first, min(first + _BAND_ROWS, height))
 
 
-def _field(points: F64, instrument: Rig, camera: View, target: Target, ply: bool) -> F64:
-    """Position of points in the projector's field, 0 to 1; NaN in shadow or outside."""
+def _field(points: F64, first: int, instrument: Rig, camera: View, target: Target, ply: bool) -> F64:
+    """Position of the points of some rows in the projector's field, 0 to 1; NaN in shadow or outside."""
     projector = instrument.projector
     local = (points - projector.centre) @ projector.rotation
     f, cx, cy = projector.matrix[0, 0], projector.matrix[0, 2], projector.matrix[1, 2]
     u = (local[..., 0] / local[..., 2] * f + cx + 0.5) / projector.width
     v = (local[..., 1] / local[..., 2] * f + cy + 0.5) / projector.height
-    way = depths(camera, points - projector.centre, projector.centre, target, ply, spare=24)
+    way = depths(camera, points - projector.centre, first, projector.centre, target, ply, spare=24)
     lit = (u > 0) & (u < 1) & (v > 0) & (v < 1) & (way > 1 - _HIDDEN)
     return np.where(lit, u, np.nan)
 
@@ -194,20 +199,22 @@ def _true_cloud(
     turned = left.rotation @ rectified.rotation.T
     matrix = np.array([[f, 0, cx], [0, f, cy], [0, 0, 1.0]])
     grid = View(turned, left.centre, matrix, np.zeros(5), width, height)
-    rays = grid.rays()
-    depth = depths(grid, rays, left.centre, target, ply)
-    points = left.centre + depth[..., None] * rays
-    u = np.stack(
-        np.broadcast_arrays((np.arange(width) - cx)[None, :] / f, (np.arange(height) - cy)[:, None] / f), axis=-1
-    )
-    cloud = np.concatenate([u, np.ones((height, width, 1))], axis=-1) * depth[..., None]
-    lit = np.isfinite(_field(points, instrument, grid, target, ply))
-    pixel = instrument.right.project(points.reshape(-1, 3)).reshape(height, width, 2)
-    back = depths(grid, points - instrument.right.centre, instrument.right.centre, target, ply, spare=24)
-    pixel_left = left.project(points.reshape(-1, 3)).reshape(height, width, 2)
-    seen = lit & (back > 1 - _HIDDEN)
-    for place, view in ((pixel, instrument.right), (pixel_left, left)):
-        seen &= (place >= 0).all(axis=-1) & (place[..., 0] <= view.width - 1) & (place[..., 1] <= view.height - 1)
+    cloud, seen = np.empty((height, width, 3), np.float32), np.empty((height, width), np.bool_)
+    across = (np.arange(width) - cx)[None, :] / f
+    for rows in _bands(height):
+        rays = grid.rays(rows)
+        depth = depths(grid, rays, rows.start, left.centre, target, ply)
+        points = left.centre + depth[..., None] * rays
+        down = (np.arange(rows.start, rows.stop) - cy)[:, None] / f
+        cloud[rows] = np.stack([across * depth, down * depth, depth], axis=-1)
+        lit = np.isfinite(_field(points, rows.start, instrument, grid, target, ply))
+        way = points - instrument.right.centre
+        back = depths(grid, way, rows.start, instrument.right.centre, target, ply, spare=24)
+        seen[rows] = lit & (back > 1 - _HIDDEN)
+        for view in (instrument.right, left):
+            place = view.project(points.reshape(-1, 3)).reshape(*depth.shape, 2)
+            inside = (place >= 0).all(axis=-1) & (place[..., 0] <= view.width - 1) & (place[..., 1] <= view.height - 1)
+            seen[rows] &= inside
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turned, left.centre
-    return cloud.astype(np.float32), seen, pose
+    return cloud, seen, pose

@@ -40,13 +40,14 @@ class View:
         pixels, _ = cv2.projectPoints(local[:, None], np.zeros(3), np.zeros(3), self.matrix, self.distortion)
         return np.asarray(pixels, np.float64).reshape(-1, 2)
 
-    def rays(self) -> F64:
-        """(H, W, 3) directions in the mold's frame, one unit along the axis."""
-        column, row = np.meshgrid(np.arange(self.width, dtype=np.float64), np.arange(self.height, dtype=np.float64))
+    def rays(self, rows: slice) -> F64:
+        """(rows, W, 3) directions in the mold's frame, one unit along the axis."""
+        some = np.arange(rows.start, rows.stop, dtype=np.float64)
+        column, row = np.meshgrid(np.arange(self.width, dtype=np.float64), some)
         pixels = np.stack([column.ravel(), row.ravel()], axis=1)
         seen = undistorted(pixels, self.matrix, self.distortion, most=50, accuracy=1e-10)
         local = np.concatenate([seen, np.ones((len(seen), 1))], axis=1)
-        return np.asarray(local @ self.rotation.T).reshape(self.height, self.width, 3)
+        return np.asarray(local @ self.rotation.T).reshape(len(some), self.width, 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +100,11 @@ def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) 
     return View(rotation, centre, matrix, distortion, width, height)
 
 
-def depths(view: View, directions: F64, centre: F64, target: Target, ply: bool, spare: int = 6) -> F64:
-    """Find the distance to the first surface along each of (H, W, 3) directions; ``view`` says where bells may be."""
+def depths(view: View, directions: F64, first: int, centre: F64, target: Target, ply: bool, spare: int = 6) -> F64:
+    """Find the distance to the first surface along each of (rows, W, 3) directions, those of ``view`` from a row on.
+
+    It says where bells may be.
+    """
     height, width = directions.shape[:2]
     out = np.empty((height, width))
     boxes = (
@@ -113,7 +117,7 @@ def depths(view: View, directions: F64, centre: F64, target: Target, ply: bool, 
         rays = Rays(centre, part[..., 0], part[..., 1], part[..., 2])
         with_ply = rays.depth_at(mold.TABLE_Z_MM)
         without = with_ply.copy()
-        hit(rays, start, 0, bells, boxes, with_ply, without)
+        hit(rays, first + start, 0, bells, boxes, with_ply, without)
         out[rows] = with_ply if ply else without
     return out
 
