@@ -15,11 +15,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sparse
@@ -31,7 +32,7 @@ sys.path.insert(0, str(HERE.parent / "referee"))
 import own  # noqa: E402
 import tables  # noqa: E402
 from edge import along_fibres  # noqa: E402
-from folds import worst_fold  # noqa: E402
+from folds import fibres, worst_fold  # noqa: E402
 from pockets import LIMIT_MM, Pocket  # noqa: E402
 
 from debulk import Inspector, net, pocket, ridge, scenes, sheet, solve  # noqa: E402
@@ -57,7 +58,7 @@ def third(number: int, _: tuple[int, int]) -> SimpleNamespace | None:
     )  # fmt: skip
 
 
-FAMILIES = {
+FAMILIES: dict[str, Callable[[int, tuple[int, int]], Any]] = {
     "first": scenes.layup,
     "varied": partial(varied_layup, pockets=8, severity="any", borders=0, clamp=False, holes_mm=0),
     "third": third,
@@ -69,11 +70,13 @@ STARTS = (1, 2, 3)  # perturbed ones, until the minimum of one is certified, or 
 OFF_MM = 2.0  # a net that stands so much farther off the mold than its pocket was not laid on it
 SIMULATED_NODES = 450  # most that MuJoCo is given
 TRUE_STRAIN = 1e-2  # up to this the ends were moved as advised
+RIM_EASE = 1e-2  # how easily the flat ply at the rim gives way, over the ply that stands off the mold
+MOST_SHARE = 1.2  # of the excess that one fold can gather: what gathers more is a net that leaves a steep mold
 WORSE_MM = 0.02  # of excess: more than the referee's members differ where nothing changes
 COLUMNS = [
     "family", "seed", "pocket", "thickness_mm", "foot_area_mm2", "nodes", "spacing_mm", "plan_ms", "moves", "length_mm",
-    "excess_before_mm", "excess_after_mm", "strain", "before_certified", "after_certified", "gathered_before_mm",
-    "gathered_after_mm", "mujoco_before_mm", "mujoco_after_mm", "cpu_s", "build",
+    "across_mm", "excess_before_mm", "excess_after_mm", "strain", "drawn_mm", "before_certified", "after_certified",
+    "gathered_before_mm", "gathered_after_mm", "mujoco_before_mm", "mujoco_after_mm", "cpu_s", "build",
 ]  # fmt: skip
 
 
@@ -137,25 +140,29 @@ class Ends:
     by_mm: Floats
 
 
-def moved_ends(laid: net.Net, moves: tuple[Move, ...]) -> Ends:
-    """Return the ends that the plan moves, and with them the other fibres that end at the same nodes, which stay."""
+def moved_ends(laid: net.Net, moves: tuple[Move, ...], gap: Floats) -> Ends:
+    """Return the ends that the plan moves, and with them the other fibres that end at the same nodes, which stay.
+
+    The plan's lines are straight, and the fibres of a net on a bump are not quite: each gives what the plan says for
+    the line that it meets on average, its height as the weight. At its end it may be 2 mm from that line, and what the
+    plan says may differ by 0.4 mm from one millimetre to the next.
+    """
     xy, found = laid.nodes_mm[:, :2], {}
     for move in moves:
-        way = np.radians(move.towards_deg)
-        way = np.array([np.cos(way), np.sin(way)])
-        ahead, back = 2 * move.fibre, 2 * move.fibre + 1
-        inner = np.flatnonzero((laid.neighbours[:, ahead] >= 0) & (laid.neighbours[:, back] >= 0))
-        steps = xy[laid.neighbours[inner, ahead]] - xy[laid.neighbours[inner, back]]
-        if (steps @ way).mean() < 0:
-            ahead, back = back, ahead
-        ends = np.flatnonzero((laid.neighbours[:, ahead] < 0) & (laid.neighbours[:, back] >= 0))
-        across = np.array([-way[1], way[0]])
+        assert move.towards_deg is not None
+        turn = np.radians(move.towards_deg)
+        way, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
         at, lengths = move.from_mm @ across, move.lengths_mm
         order = np.argsort(at)
         apart = move.band_mm / len(at)
         at = np.concatenate([[at[order[0]] - apart], at[order], [at[order[-1]] + apart]])
-        by = np.interp(xy[ends] @ across, at, np.concatenate([[0.0], lengths[order], [0.0]]))
-        found |= {(int(k), move.fibre): (way, length) for k, length in zip(ends[by > 0], by[by > 0], strict=True)}
+        lengths = np.concatenate([[0.0], lengths[order], [0.0]])
+        for line in fibres(laid.neighbours, move.fibre):
+            end = line[-1] if (xy[line[-1]] - xy[line[0]]) @ way > 0 else line[0]
+            high = np.maximum(gap[line], 0.0) + 1e-3
+            length = float(np.interp(high @ (xy[line] @ across) / high.sum(), at, lengths))
+            if length > 0:
+                found[int(end), move.fibre] = (way, length)
     for k in sorted({int(node) for ends in list(found) for node in on_rim(laid, *ends)}):
         found.setdefault((k, 2), (np.zeros(2), 0.0))  # free, also where no fibre ends
         for fibre in (0, 1):
@@ -180,16 +187,17 @@ def laid_again(made: Pocket, laid: net.Net, ends: Ends, parts: int = 16, most: i
     """Return the nodes after the ends were moved, and the largest strain that remained.
 
     The ends go there in small parts, each along its fibre and free across it. After each part the lengths are made true
-    again, and nodes below the mold lifted to it, by the least movement of all nodes; others of the rim hardly move.
+    again, and nodes below the mold lifted to it, by the least movement of all nodes. Others of the rim move where the
+    lengths want it: fibres that cross a sheared band get shorter, and draw the flat ply beside it in.
     """
-    ease_of = np.where(laid.kinds == 0, 1.0, 1e-4)
+    ease_of = np.where(laid.kinds == 0, 1.0, RIM_EASE)
     ease_of[ends.node] = 1.0
     rim, on_mold = laid.kinds != 0, laid.nodes_mm[:, 2] - made.reference.height(laid.nodes_mm[:, :2])
     blocks = ease_of[:, None, None] * np.eye(3)
     a, b = laid.edges.T
     stays = ends.by_mm == 0  # these hardly move along their fibre
     for k, way in zip(ends.node[stays], ends.way[stays], strict=True):
-        blocks[k, :2, :2] -= (1 - 1e-4) * np.outer(way, way)
+        blocks[k, :2, :2] -= (1 - RIM_EASE) * np.outer(way, way)
     ease = sparse.block_diag(list(blocks), format="csr")
     node, way, by_mm = ends.node[~stays], ends.way[~stays], ends.by_mm[~stays]
     count, x, held = len(a), laid.nodes_mm.copy(), len(node)
@@ -216,7 +224,7 @@ def laid_again(made: Pocket, laid: net.Net, ends: Ends, parts: int = 16, most: i
             values = [np.hstack([unit, -unit]), np.hstack([-slope, np.ones((len(on), 1))]), way]
             flat = [np.concatenate([part_of.ravel() for part_of in parts_of]) for parts_of in (values, columns)]
             jacobian = sparse.csr_matrix((flat[0], (rows, flat[1])), (len(wrong), x.size))
-            system = jacobian @ ease @ jacobian.T + 1e-5 * sparse.identity(len(wrong))
+            system = jacobian @ ease @ jacobian.T + 1e-7 * sparse.identity(len(wrong))
             step = (ease @ (jacobian.T @ splu(system.tocsc()).solve(wrong))).reshape(-1, 3)
             x -= step * min(1.0, 0.2 * laid.spacing_mm / max(np.abs(step).max(), 1e-12))
     strain = np.abs(np.linalg.norm(x[a] - x[b], axis=1) / laid.spacing_mm - 1)
@@ -248,14 +256,15 @@ def run(task: Task, in_mujoco: bool) -> dict[str, object] | None:
     """Try one pocket before and after, and return its row; None if its net cannot be laid."""
     began, made = time.process_time(), task.pocket
     laid = made.lay(SPACING * task.recipe.material.thickness_mm)
-    high = (laid.nodes_mm[:, 2] - made.reference.height(laid.nodes_mm[:, :2])).max()
-    if high > (made.ply_mm - made.mold_mm).max() + OFF_MM:
+    gap = laid.nodes_mm[:, 2] - made.reference.height(laid.nodes_mm[:, :2])
+    if gap.max() > (made.ply_mm - made.mold_mm).max() + OFF_MM:
         return None
-    ends = moved_ends(laid, task.moves)
+    ends = moved_ends(laid, task.moves, gap)
     before, before_good = minimum(sheet.Sheet.of_net(laid, made.reference, task.recipe), laid, made)
     nodes, strain = laid_again(made, laid, ends)
     kinds = laid.kinds.copy()
     kinds[ends.node[ends.by_mm > 0]] = 2
+    drawn = np.linalg.norm(nodes - laid.nodes_mm, axis=1)[(laid.kinds != 0) & (kinds != 2)]
     again = replace(laid, nodes_mm=nodes, kinds=kinds)
     after_ply = sheet.Sheet(
         nodes, laid.neighbours, kinds, laid.spacing_mm, laid.area_mm2, made.reference, task.recipe,
@@ -268,8 +277,10 @@ def run(task: Task, in_mujoco: bool) -> dict[str, object] | None:
         "thickness_mm": task.recipe.material.thickness_mm, "foot_area_mm2": made.foot_area_mm2, "nodes": len(nodes),
         "spacing_mm": laid.spacing_mm, "plan_ms": task.plan_ms, "moves": len(task.moves),
         "length_mm": max(move.length_mm for move in task.moves),
+        "across_mm": max(move.across_mm for move in task.moves),
         "excess_before_mm": largest(laid.nodes_mm, laid.neighbours, made.reference),
         "excess_after_mm": largest(nodes, laid.neighbours, made.reference), "strain": strain,
+        "drawn_mm": float(drawn.max(initial=0.0)),
         "before_certified": int(before_good), "after_certified": int(after_good), "gathered_before_mm": before,
         "gathered_after_mm": after, "mujoco_before_mm": simulated(laid, made, task.recipe) if in_mujoco else "",
         "mujoco_after_mm": simulated(again, made, task.recipe) if in_mujoco else "",

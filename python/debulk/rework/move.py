@@ -30,9 +30,11 @@ class Move:
     """Flat ply that slides along: to the edge, or to the place into which the length is carried."""
     force_n: float
     """Force that this takes, N."""
+    across_mm: float
+    """By how much the fibres that cross the band get shorter: it shears, and draws the flat ply beside it in."""
     by: str
-    """"pull", or "lift" where more force is needed than can be held, or no way out is known: lift the ply and lay it
-    again from this place on, by so much shorter."""
+    """"pull", or "lift" where more force is needed than can be held, where the band would shear too much, or no way out
+    is known: lift the ply and lay it again from this place on, by so much shorter."""
     into: bool
     """True: the length goes on from the next place on the fibres, in a later move; False: over the ply's edge."""
     from_mm: Floats
@@ -69,14 +71,14 @@ class Move:
         if self.by == "pull":
             return f"{self.at}: pull {band}, {where}: {over}"
         edge = f"lift the ply from the edge at ({x:.0f}, {y:.0f}) mm back to there and lay it again, {band}"
-        return f"{self.at}: {edge}; to pull {over} would be needed, and {hold_n:g} N can be held"
+        if self.force_n > hold_n:
+            return f"{self.at}: {edge}; to pull {over} would be needed, and {hold_n:g} N can be held"
+        return f"{self.at}: {edge}; a pull would draw the ply beside the band in by {self.across_mm:.2f} mm"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the move as JSON types."""
-        plain = {
-            name: getattr(self, name)
-            for name in ("fibre", "by", "into", "towards_deg", "length_mm", "band_mm", "flat_mm", "force_n")
-        }
+        names = ("fibre", "by", "into", "towards_deg", "length_mm", "band_mm", "flat_mm", "across_mm", "force_n")
+        plain = {name: getattr(self, name) for name in names}
         lines = zip(self.from_mm.tolist(), self.to_mm.tolist(), self.lengths_mm.tolist(), strict=True)
         points = [{"from_mm": a, "to_mm": b, "length_mm": length} for a, b, length in lines]
         return {"pockets": list(self.pockets), **plain, "lines": points}

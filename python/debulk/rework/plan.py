@@ -19,13 +19,14 @@ from debulk.fibre import HELD, FibreRuns
 from debulk.rework.handling import Handling
 from debulk.rework.move import Move, Rework
 from debulk.rework.needs import leaving_mm
-from debulk.rework.places import Places, places_of
+from debulk.rework.places import Numbers, Places, places_of
 from debulk.ridge import excess_of_ridge
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
 
 _MOST_EDGE = 0.9  # share of a place's lines that must reach the edge, for a way out there to be known
+_MOST_ACROSS = 0.4  # of the limit's excess: in the middle of a place a quarter of that acts, a tenth of the limit's
 
 
 def plan(
@@ -75,7 +76,7 @@ def plan(
     places = places_of(runs, pocket, ply_outline, apart_mm)
     side, known = _ways(places)
     leaving = leaving_mm(runs, places, most_mm, fails | nowhere, target_mm, side)
-    mover = _Mover(runs, pocket, places, recipe, apart_mm, handling)
+    mover = _Mover(runs, pocket, places, recipe, apart_mm, handling, _MOST_ACROSS * limit_mm)
     found = sorted(mover.moves(leaving, side, known), key=lambda one: -one[0])
     moves = tuple(move for _, move in found)
     named = {number for move in moves for number in move.pockets}
@@ -104,6 +105,7 @@ class _Mover:
     recipe: Recipe
     apart_mm: float
     handling: Handling
+    most_across_mm: float
 
     def moves(self, leaving: Floats, side: NDArray[np.intp], known: NDArray[np.bool_]) -> Iterator[tuple[float, Move]]:
         """Yield the moves, each with its way to the edge, mm: those from farther in pass the others, and come first.
@@ -115,7 +117,7 @@ class _Mover:
         for number in np.unique(self.places.place[(leaving > 0) & known]).tolist():
             own = np.flatnonzero((self.places.place == number) & (leaving > 0))
             away_mm = float(self.places.away_mm[own, side[own[0]]].mean())
-            pulled[own] = self._force_n(leaving[own], away_mm) <= self.handling.hold_n
+            pulled[own] = self._can_pull(self._force_n(leaving[own], away_mm), self._across_mm(own, leaving[own]))
         for end in (0, 1):
             here = known & (side == end)
             yield from self._towards(_carried(self.places, np.where(here & pulled, leaving, 0.0), end), end, "pull")
@@ -137,7 +139,7 @@ class _Mover:
             to = np.where(onwards[:, None], places.ends_mm[following, 1 - end], out) if known else start
             direction = places.along[own].mean(axis=0) * (1 if end else -1)
             flat_mm = float((places.flat_mm if by == "pull" else places.away_mm)[own, end].mean())
-            force_n = self._force_n(carried[own], flat_mm)
+            force_n, across_mm = self._force_n(carried[own], flat_mm), self._across_mm(own, carried[own])
             yield (
                 float(np.linalg.norm(out - start, axis=1).mean()),
                 Move(
@@ -148,13 +150,23 @@ class _Mover:
                     band_mm=self.apart_mm * len(own),
                     flat_mm=flat_mm if known else 0.0,
                     force_n=force_n if known else 0.0,
-                    by="pull" if known and force_n <= self.handling.hold_n else "lift",
+                    across_mm=across_mm,
+                    by="pull" if known and self._can_pull(force_n, across_mm) else "lift",
                     into=bool(onwards[np.argmax(carried[own])]),
                     from_mm=start,
                     to_mm=to,
                     lengths_mm=carried[own],
                 ),
             )
+
+    def _can_pull(self, force_n: float, across_mm: float) -> bool:
+        return force_n <= self.handling.hold_n and across_mm <= self.most_across_mm
+
+    def _across_mm(self, own: Numbers, lengths_mm: Floats) -> float:
+        """Return by how much the fibres that cross a band get shorter, as adjacent lines of it move by so much."""
+        line = self.places.line[self.places.rows[own]]
+        length = np.bincount(line - line.min() + 1, lengths_mm, line.max() - line.min() + 3)
+        return float((np.hypot(np.diff(length), self.apart_mm) - self.apart_mm).sum())
 
     def _force_n(self, lengths_mm: Floats, flat_mm: float) -> float:
         """Return the force that slides a band of flat ply, N.

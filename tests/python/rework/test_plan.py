@@ -102,6 +102,15 @@ def test_what_cannot_be_held_is_laid_again_from_there():
     assert "lift the ply from the edge at (200, 8) mm back to there and lay it again" in move.line(1.0)
 
 
+def test_a_band_that_would_shear_much_is_laid_again_and_a_gentler_one_pulled():
+    steep, gentle = (planned(runs((40, 80, 4.0, 1), count=count)).moves[0] for count in (9, 41))
+    assert max(steep.force_n, gentle.force_n) < ONE_HAND.hold_n and (steep.by, gentle.by) == ("lift", "pull")
+    steps = np.diff([0.0, *steep.lengths_mm, 0.0])
+    assert steep.across_mm == pytest.approx((np.hypot(steps, 2.0) - 2.0).sum())
+    assert gentle.across_mm < 0.37 and steep.across_mm > 0.38
+    assert f"a pull would draw the ply beside the band in by {steep.across_mm:.2f} mm" in steep.line(200.0)
+
+
 @pytest.mark.parametrize("outline", [None, OUTLINE * 2])
 def test_no_way_is_known_without_an_outline_or_past_what_was_not_seen(outline):
     (move,) = planned(runs((40, 80, 1.5, 1)), outline=outline).moves
