@@ -93,6 +93,15 @@ void bind_cloud(py::module_ m) {
       },
       py::arg("points"), py::arg("threads"), py::arg("stop"));
 
+  m.def(
+      "widest_pitch",
+      [](const CloudArray& points, double pitch, const Stop& stop) {
+        const CloudView cloud = cloud_view(points, "points");
+        py::gil_scoped_release release;
+        return widest_pitch(cloud, pitch, stop);
+      },
+      py::arg("points"), py::arg("pitch"), py::arg("stop"));
+
   m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
     const CloudView cloud = cloud_view(points, "points");
     const py::gil_scoped_release release;

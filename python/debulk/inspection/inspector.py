@@ -406,7 +406,7 @@ class Inspector:
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
-            found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.pitch_mm))
+            found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
         with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
             placed = self._placing.judge(sample, found)
             plateaus = self._placing.plateaus(found, cycle.stop)

@@ -53,3 +53,41 @@ def test_an_area_tolerance_however_large_hides_no_bump_that_creases(radius_mm, h
 def test_a_cut_above_whole_pockets_is_refused():
     with pytest.raises(debulk.InputError, match=r"segmentation\.cut_height_mm: expected at most 4 .* got 50"):
         debulk.Recipe(segmentation={"cut_height_mm": 50.0})
+
+
+@pytest.mark.parametrize(("radius_mm", "high_mm", "pitch_mm"), [(9, 3.6, 2.0), (12, 4.0, 3.0)])
+def test_the_spike_filter_takes_no_bump_of_a_coarse_scan(radius_mm, high_mm, pitch_mm):
+    report = _inspected(radius_mm, high_mm, pitch_mm)
+    assert report.verdict in (Verdict.UNDECIDED, Verdict.CREASE)
+
+
+def _lines(across_mm, *, image):
+    """A scan and a reference by a line scanner, with a bump that creases."""
+    x, y = np.meshgrid(np.arange(0.0, 200.0, 0.25), np.arange(0.0, 180.0, across_mm))
+    noise = np.random.default_rng(3).normal(0.0, 0.02, (2, *x.shape))
+    high = 0.3 + 5.0 * np.cos(np.pi / 2 * np.minimum(np.hypot(x - 100, y - 90) / 15, 1)) ** 2
+    ply = (abs(x - 100) < 80) & (abs(y - 90) < 70)
+    clouds = [np.dstack([x, y, z]) for z in (np.where(ply, high, 0.0) + noise[0], noise[1])]
+    return clouds if image else [cloud.reshape(-1, 3) for cloud in clouds]
+
+
+LINES_PLY = np.array([(20.0, 20.0), (180.0, 20.0), (180.0, 160.0), (20.0, 160.0)])
+
+
+@pytest.mark.parametrize("image", [True, False], ids=["image", "list"])
+def test_lines_farther_apart_than_a_pocket_needs_are_refused(image):
+    _, reference = _lines(6.0, image=image)
+    with pytest.raises(debulk.InputError, match=r"points at most 3\.5 mm apart"):
+        debulk.Inspector(None, reference, LINES_PLY, mold_from_scanner=np.eye(4))
+    scan, _ = _lines(6.0, image=image)
+    _, dense = _lines(1.0, image=image)
+    report = debulk.inspect(scan, dense, None, ply_outline=LINES_PLY, mold_from_scanner=np.eye(4))
+    assert report.verdict is Verdict.INVALID
+    assert "too coarse" in report.reason
+
+
+@pytest.mark.parametrize("image", [True, False], ids=["image", "list"])
+def test_lines_two_millimetres_apart_are_read(image):
+    scan, reference = _lines(2.0, image=image)
+    report = debulk.inspect(scan, reference, None, ply_outline=LINES_PLY, mold_from_scanner=np.eye(4))
+    assert report.verdict is Verdict.CREASE, report.reason

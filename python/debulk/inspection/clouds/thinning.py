@@ -8,6 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import _core
+from debulk.arrays import Cloud, Floats
+
 _POINTS = 30_000  # about 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)  # sides of the cells that are tried
 _MANY = 20  # cells per point in the box of the points, up to which cells are counted by marks
@@ -67,6 +70,16 @@ def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:
         if len(xy_mm) >= _CROWD * filled:
             break
     return float(np.sqrt(area / (len(xy_mm) * each)))
+
+
+def widest_mm(points: Cloud, pitch_mm: float, pose: Floats, stop: _core.Stop) -> float:
+    """Return how far apart a cloud's points lie where they are farthest apart, at least the pitch.
+
+    A line scanner measures a point every tenth of a millimetre along lines that may be millimetres apart.
+    """
+    if points.ndim == 2 and not np.array_equal(pose, np.eye(4)):  # its neighbours are sought in XY
+        points = _core.cloud.transform(points, pose, 0, stop)
+    return _core.cloud.widest_pitch(points, pitch_mm, stop)
 
 
 def _filled(column: NDArray[np.floating], row: NDArray[np.floating]) -> int:

@@ -36,7 +36,9 @@ class Sample:
     removed_mm: float = 0.0
     """Offset that was subtracted from the heights."""
     pitch_mm: float = np.inf
-    """Distance from point to point of the scan, where it shows the ply; inf: not known."""
+    """Side of the square that each point of the scan has for itself, where it shows the ply; inf: not known."""
+    widest_mm: float = np.inf
+    """Distance from point to point where they lie farthest apart, as between the lines of a line scanner."""
     apart_mm: float = 0.0
     """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)

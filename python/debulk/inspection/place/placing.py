@@ -12,7 +12,7 @@ from debulk import _core
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.offset import raised
-from debulk.inspection.clouds.thinning import pitch_of
+from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason, width_of
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
@@ -87,8 +87,9 @@ class Placing:
         sample = sampled(scan, self._setup)
         on = self.zones.inside(sample)
         pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
+        across_mm = widest_mm(scan, pitch_mm, self._setup.pose, stop)
         apart_mm = layers_apart_mm(scan, self._setup, pitch_mm)
-        sample = replace(sample, pitch_mm=pitch_mm, apart_mm=apart_mm)
+        sample = replace(sample, pitch_mm=pitch_mm, widest_mm=across_mm, apart_mm=apart_mm)
         offset_mm = self._offset(sample)
         if not offset_mm:
             return scan, sample
@@ -110,7 +111,7 @@ class Placing:
         if sample.apart_mm > 0:
             reason = layers_reason(sample.apart_mm)
             return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
-        coarse = coarse_reason(sample.pitch_mm, int(on.sum()), self._recipe) if on.any() else ""
+        coarse = coarse_reason(sample.widest_mm, int(on.sum()), self._recipe) if on.any() else ""
         if coarse:
             return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
         if self._steep is not None:

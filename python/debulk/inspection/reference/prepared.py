@@ -132,6 +132,7 @@ def _gridded(
         if mold_from_scanner is not None:
             seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
         resolution.check_neighbours(seen[:, :2], heights)
+    resolution.check_reference(_core.cloud.widest_pitch(points, pitch or spacing, stop), len(of_scanner), recipe)
     return heights
 
 
@@ -200,8 +201,9 @@ def _spacing_mm(points: Cloud, recipe: Recipe, stop: _core.Stop) -> tuple[float,
     in_mold = sample[complete(np.isfinite(sample))].astype(np.float64)
     if not len(in_mold):
         raise InputError("reference: expected a cloud, but of 30 000 places in it none holds a point")
-    frame.check_cloud_frame(in_mold, pitch_of(in_mold[:, :2], each))
-    resolution.check_reference(in_mold[:, :2], each, recipe)
+    apart_mm = pitch_of(in_mold[:, :2], each)
+    frame.check_cloud_frame(in_mold, apart_mm)
+    resolution.check_reference(apart_mm, len(in_mold), recipe)
     spacing, pitch_mm = recipe.clean.grid_spacing_mm, 0.0
     if not spacing:  # a multiple of 1/1024 mm, so that grid positions are exact, in the whole map and in a part of it
         pitch_mm = cloud.median_pitch(points, threads=threads, stop=stop)

@@ -9,7 +9,6 @@ import numpy as np
 
 from debulk._core import InputError
 from debulk.arrays import Floats
-from debulk.inspection.clouds.thinning import pitch_of
 
 if TYPE_CHECKING:
     from debulk.grid import Grid
@@ -28,9 +27,9 @@ _WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, fo
 _NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
 
 
-def check_reference(xy_mm: Floats, each: int, recipe: Recipe) -> None:
-    """Refuse a reference too coarse for the smallest pocket, by (N, 2) of its points as `thinned` takes them."""
-    reason = coarse_reason(pitch_of(xy_mm, each), len(xy_mm), recipe)
+def check_reference(pitch_mm: float, count: int, recipe: Recipe) -> None:
+    """Refuse a reference too coarse for the smallest pocket, by its widest pitch."""
+    reason = coarse_reason(pitch_mm, count, recipe)
     if reason:
         raise InputError(f"reference: {reason}")
 
@@ -55,7 +54,9 @@ def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
     most = np.sqrt(wanted) / LIMITS.across
     if not wanted or pitch_mm <= most:
         return ""
-    came = f"one for every {pitch_mm:.2g} x {pitch_mm:.2g} mm" if np.isfinite(pitch_mm) else f"only {count} of them"
+    came = (
+        f"some {pitch_mm:.2g} mm apart, in one direction at least" if np.isfinite(pitch_mm) else f"only {count} of them"
+    )
     return (
         f"expected points at most {most:.2g} mm apart, {LIMITS.across:g} across a pocket of {wanted / 100:g} cm² "
         f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
