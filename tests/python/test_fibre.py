@@ -32,6 +32,19 @@ def test_runs_name_where_they_lie_and_in_which_direction() -> None:
     assert excess.largest.values[0, 0] == 0
 
 
+@pytest.mark.parametrize(("wide", "high"), [(24.0, 3.0), (60.0, 5.0)])
+def test_the_uncertainty_is_two_deviations_of_what_noise_does_to_the_low_end(wide: float, high: float) -> None:
+    flat, found = bells((0.5, 0.0), wide=wide, high=high), []
+    for seed in range(24):
+        noise_mm = 0.05 * np.random.default_rng(seed).standard_normal(flat.values.shape)
+        runs = fibre.measure(Grid(flat.values + noise_mm, flat.origin_mm, 1.0), FLAT, (0, 90), SQUARE).runs
+        over = runs[(runs.family == 0) & (runs.gap_mm > 0.5 * high)]
+        middle = over[np.argmin(np.abs(over.top_mm[:, 1]))[None]]
+        found.append((middle.low_mm[0], middle.uncertainty_mm[0]))
+    low_mm, stated_mm = np.array(found).T
+    assert 0.7 < stated_mm.mean() / (2 * low_mm.std()) < 1.6  # 24 draws know their deviation within 15 %
+
+
 def test_a_line_over_two_pockets_is_one_run_only_where_a_fold_draws_both() -> None:
     for draw_mm, spans in ((21.0, 2), (4.0, 1)):
         excess = fibre.measure(bells((-32.0, 0.0), (32.0, 0.0)), FLAT, (0, 90), SQUARE, draw_mm=draw_mm)

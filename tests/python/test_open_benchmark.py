@@ -12,6 +12,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "bench" / "open"))
 import open_scenes
 import scorer
 
+import debulk
+
 pytestmark = pytest.mark.layup
 OPEN = Path(scorer.__file__).parent
 
@@ -36,6 +38,31 @@ def test_a_pocket_stands_where_the_truth_says():
     pockets, _ = scorer.truths(OPEN / "pockets.csv")
     (only,) = np.flatnonzero(pockets["scene"] == 3)
     assert np.hypot(top[0] - pockets["x_mm"][only], top[1] - pockets["y_mm"][only]) < 5
+
+
+@pytest.mark.parametrize(
+    "number", [88, 146, 197]
+)  # steep flanks, a fold on a bell, and lobes: 0.03 to 0.06 mm too low before
+def test_the_true_ridge_lies_between_the_ends_of_its_range(number):
+    scene = open_scenes.draw(number)
+    recipe = debulk.Recipe(material={"thickness_mm": scene.ply.thickness_mm})
+    angles = (scene.fibre_deg, scene.fibre_deg + 90)
+    found = open_scenes.clouds(scene)
+    report = debulk.inspect(
+        found["scan"], found["reference"], recipe, scene.ply.outline, angles, scene.camera.mold_from_scanner
+    )
+    with (OPEN / "pockets.csv").open(newline="") as file:
+        of = {(int(row["scene"]), int(row["pocket"])): float(row["excess_mm"]) for row in csv.DictReader(file)}
+    compared = 0
+    for k, lift in enumerate(scene.ply.bells):
+        true_mm = of[number, k] / 2 + (2 - np.pi / 2) * scene.ply.thickness_mm
+        near = [p for p in report.pockets if np.hypot(*(p.outline_mm.mean(axis=0) - (lift.x, lift.y))) < lift.a]
+        for p in (p for p in near if p.excess is not None and 0.45 < true_mm < 0.75):
+            low, high = p.excess.range_mm[0] + p.excess.uncertainty_mm, p.excess.range_mm[1] - p.excess.uncertainty_mm
+            assert true_mm - 0.1 < low < true_mm + 0.012
+            assert high > true_mm - 0.005
+            compared += 1
+    assert compared
 
 
 SHARES = np.array([1.0, 0.5, 0.0, 0.0])  # of scenes 0 to 3

@@ -6,7 +6,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kRound = 2.5, kLong = 1.5;
+constexpr double kRound = 2.5, kLong = 1.5, kWide = 0.5;
 
 // Solves fine / coarse = ((w + coarse_blur) / (w + fine_blur))^p for w, and returns fine ((w + fine_blur) / w)^p.
 double unfiltered(double fine, double coarse, double fine_blur, double coarse_blur, double least, double p) {
@@ -22,9 +22,9 @@ double unfiltered(double fine, double coarse, double fine_blur, double coarse_bl
 
 ExcessRange before_filters(double fine, double coarse, double fine_blur, double coarse_blur, double least) {
   if (!(fine > coarse) || fine <= 0 || fine_blur <= 0) return {fine, fine, fine};
-  const double round = unfiltered(fine, coarse, fine_blur, coarse_blur, least, kRound);
-  const double narrow = unfiltered(fine, coarse, fine_blur, coarse_blur, least, kLong);
-  return {fine, std::min(round, narrow), std::max(round, narrow)};
+  const auto by = [&](double p) { return unfiltered(fine, coarse, fine_blur, coarse_blur, least, p); };
+  const double round = by(kRound), low = coarse > 0 ? fine * std::pow(fine / coarse, fine_blur / (coarse_blur - fine_blur)) : fine;
+  return {std::min(low, round), round, std::max({round, by(kLong), by(kWide)})};
 }
 
 }  // namespace debulk

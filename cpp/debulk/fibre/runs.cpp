@@ -20,8 +20,8 @@ Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlur
   const double width = std::sqrt(12 * blurs.fine);
   out.variance = noise.variance_per_mm(options.step) * span.length + noise.gap_variance() * width * span.bend;
   out.excess = before_filters(fine, coarse, blurs.fine, blurs.coarse, blurs.least);
-  // What makes up for the filters makes the noise up, too.
-  if (fine > 0) out.variance *= std::pow(out.excess.mid / fine, 2);
+  // What makes up for the filters makes the noise up, too: the change of the low end with `fine` alone.
+  if (fine > 0) out.variance *= std::pow(out.excess.mid / fine * blurs.coarse / (blurs.coarse - blurs.fine), 2);
   return out;
 }
 
