@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Cloud, Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
+from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.medians import OF_MEDIAN
 
 _DEGREE = 4  # of the polynomial that takes the ply's shape from a window
@@ -20,7 +21,6 @@ _LEAST_WINDOWS = 12
 _OUTLIER = 4.0  # robust standard deviations beyond which a point is no noise
 _LAGS = ((0.0, 1.5), (1.5, 2.5), (2.5, 4.5))  # distances in pitches at which the correlation is read
 _FIRM = 1e-9  # of the squares' sum: points on one line leave a polynomial undetermined
-_SAME = 4.0  # times a float32's resolution: depths whose steps are no larger were not rounded
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def signature_of(windows: Sequence[Cloud], pitch_mm: float, *, image: bool, edge
     each = np.array([_of_window(one, pitch_mm) for one in full])
     noise, near, middle, far, repeated = np.median(each, axis=0).tolist()
     return Signature(
-        pitch_mm, noise, near, middle, far, repeated, _step(np.concatenate(full)[:, 2]), unseen, edge_mm, float(image)
+        pitch_mm, noise, near, middle, far, repeated, step_of(np.concatenate(full)[:, 2]), unseen, edge_mm, float(image)
     )
 
 
@@ -103,10 +103,3 @@ def _rest(uv: Floats, depth: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         sigma = OF_MEDIAN * float(np.median(np.abs(rest)))
         kept = np.abs(rest) <= max(_OUTLIER * sigma, 1e-12)
     return rest, kept
-
-
-def _step(depths: Cloud) -> float:
-    """Return the step of some depths; 0 if it is no coarser than that of float32."""
-    apart = np.diff(np.unique(depths))
-    least = float(apart.min()) if len(apart) else 0.0
-    return least if least > _SAME * float(np.spacing(np.abs(depths).max())) else 0.0

@@ -219,7 +219,7 @@ def decode_into(
         stop=stop,
         planes=None if planes is None or planes.white != stack.white else planes.arrays,
     )
-    brightness = _brightness(stack)
+    brightness = stack.brightness(3)
     light = maps["modulation"], maps["exposure"], brightness
     variance = core.take_out_blur(maps["phase"], *light, -1.0 if blur_px is None else blur_px**2, threads, widest, stop)
     return Phase(
@@ -236,16 +236,3 @@ def decode_into(
         2 * np.pi * start,
         counts,
     )
-
-
-def _brightness(stack: Stack) -> tuple[float, ...]:
-    """Brightness of each exposure relative to the shortest, from pixels bright in the longer one and not saturated."""
-    step = max(1, round(np.sqrt(stack.shape[0] * stack.shape[1] / 20_000)))
-    out = [1.0]
-    for e in range(1, stack.exposures):
-        before, here = (
-            np.stack([image[::step, ::step] for image in stack.exposure(k)[:3]]).astype(np.float64) for k in (e - 1, e)
-        )
-        fine = (here < stack.white) & (here > 0.3 * stack.white)
-        out.append(out[-1] * (float(here[fine].sum() / max(before[fine].sum(), 1.0)) if fine.any() else 1.0))
-    return tuple(out)

@@ -122,7 +122,7 @@ def decode_gray(
         for name, part in here.items():
             maps[name][rows] = part
     beside = _core.scanner.check_neighbours(maps["phase"], 2 * np.pi, threads, 4, stop)
-    light_of = maps["modulation"], exposure, stacks.brightness()
+    light_of = maps["modulation"], exposure, stacks.fringes.brightness()
     variance = _core.scanner.take_out_blur(
         maps["phase"], *light_of, -1.0 if blur is None else blur**2, threads, 4, stop
     )

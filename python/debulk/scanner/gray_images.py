@@ -82,17 +82,6 @@ class GrayStacks:
         assert fringes is not None and code is not None
         return GrayLight(fringes, code, inverted, white_black, exposure)
 
-    def brightness(self) -> tuple[float, ...]:
-        """Brightness of each exposure relative to the shortest, from pixels bright in the longer one."""
-        step = max(1, round(np.sqrt(np.prod(self.fringes.shape) / 20_000)))
-        out = [1.0]
-        for e in range(1, self.fringes.exposures):
-            pair = [np.stack([i[::step, ::step] for i in self.fringes.exposure(k)]) for k in (e - 1, e)]
-            before, here = (images.astype(np.float64) for images in pair)
-            fine = (here < self.fringes.white) & (here > 0.3 * self.fringes.white)
-            out.append(out[-1] * (float(here[fine].sum() / max(before[fine].sum(), 1.0)) if fine.any() else 1.0))
-        return tuple(out)
-
 
 def checked_gray_stacks(
     images: Any, gray_images: Any, inverted: Any, white_black: Any, periods: int, steps: int, bits: int | None

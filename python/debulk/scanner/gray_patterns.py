@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.scanner.inputs import MOST_IMAGES, checked_pixels, one_of, whole
-from debulk.scanner.patterns import Direction
+from debulk.arrays import Floats
+from debulk.scanner.inputs import MOST_IMAGES, whole
+from debulk.scanner.patterns import Direction, spread
 
 MOST_PERIODS = 2048
 
@@ -73,19 +74,14 @@ def gray_patterns(
     >>> patterns[6:, 0, 0].tolist(), patterns[6:, 0, -1].tolist()
     ([0, 0, 0, 0, 0, 0, 0], [255, 0, 0, 0, 0, 0, 0])
     """
-    width, height = checked_pixels(pixels)
     count, moves = checked_gray_periods(periods, steps)
-    one_of("direction", direction, ("vertical", "horizontal", "both"))
     cells = 2 if complementary else 1
     shifts = np.arange(code_images(count, cells))[::-1]
-    parts = []
-    for across in ("vertical", "horizontal") if direction == "both" else (direction,):
-        length = width if across == "vertical" else height
-        u = (np.arange(length) + 0.5) / length
+
+    def lines(u: Floats) -> Floats:
         turn = 2 * np.pi * (count * u + np.arange(moves)[:, None] / moves)
         cell = np.floor(cells * count * u).astype(np.int64)
         stripes = ((cell ^ (cell >> 1)) >> shifts[:, None]) & 1
-        lines = np.concatenate([np.rint(127.5 * (1 + np.cos(turn))), 255 * stripes]).astype(np.uint8)
-        part = lines[:, None, :] if across == "vertical" else lines[:, :, None]
-        parts.append(np.broadcast_to(part, (len(lines), height, width)))
-    return np.concatenate(parts)
+        return np.concatenate([127.5 * (1 + np.cos(turn)), 255.0 * stripes])
+
+    return spread(pixels, direction, lines)

@@ -89,6 +89,22 @@ class Stack:
         each = len(self.images) // self.exposures
         return self.images[e * each : (e + 1) * each]
 
+    def brightness(self, images: int | None = None) -> tuple[float, ...]:
+        """Return the brightness of each exposure relative to the shortest, by its first few images, or by all.
+
+        It is read from pixels that are bright in the longer of two exposures, and not saturated.
+        """
+        step = max(1, round(np.sqrt(np.prod(self.shape) / (_SAMPLED / 2))))
+        out = [1.0]
+        for e in range(1, self.exposures):
+            before, here = (
+                np.stack([image[::step, ::step] for image in self.exposure(k)[:images]]).astype(np.float64)
+                for k in (e - 1, e)
+            )
+            fine = (here < self.white) & (here > 0.3 * self.white)
+            out.append(out[-1] * (float(here[fine].sum() / max(before[fine].sum(), 1.0)) if fine.any() else 1.0))
+        return tuple(out)
+
 
 def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | None = None) -> Stack:
     """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; valid arrays are not copied."""

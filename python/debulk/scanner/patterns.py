@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.inputs import checked_periods, checked_pixels, checked_steps, one_of
 
 Direction = Literal["vertical", "horizontal", "both"]
@@ -54,16 +55,23 @@ def fringe_patterns(
     >>> patterns.shape, int(patterns[0, 0, 0]), int(patterns[3, 0, 0])
     ((12, 1080, 1920), 255, 0)
     """
-    width, height = checked_pixels(pixels)
     numbers, count = checked_periods(periods), checked_steps(steps, periods)
+
+    def lines(u: Floats) -> Floats:
+        phase = 2 * np.pi * np.asarray(numbers)[:, None, None] * u
+        return 127.5 * (1 + np.cos(phase + 2 * np.pi * np.arange(count)[:, None] / count)).reshape(-1, len(u))
+
+    return spread(pixels, direction, lines)
+
+
+def spread(pixels: tuple[int, int], direction: str, lines: Callable[[Floats], Floats]) -> NDArray[np.uint8]:
+    """Return images (n, H, W) whose lines along or across, (n, W) or (n, H), a function gives of places from 0 to 1."""
+    width, height = checked_pixels(pixels)
     one_of("direction", direction, ("vertical", "horizontal", "both"))
     parts = []
     for across in ("vertical", "horizontal") if direction == "both" else (direction,):
         length = width if across == "vertical" else height
-        u = (np.arange(length) + 0.5) / length
-        phase = 2 * np.pi * np.asarray(numbers)[:, None, None] * u
-        line = np.rint(127.5 * (1 + np.cos(phase + 2 * np.pi * np.arange(count)[:, None] / count))).astype(np.uint8)
-        lines = line.reshape(-1, length)
-        part = lines[:, None, :] if across == "vertical" else lines[:, :, None]
-        parts.append(np.broadcast_to(part, (len(lines), height, width)))
+        grey = np.rint(lines((np.arange(length) + 0.5) / length)).astype(np.uint8)
+        part = grey[:, None, :] if across == "vertical" else grey[:, :, None]
+        parts.append(np.broadcast_to(part, (len(grey), height, width)))
     return np.concatenate(parts)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk import cloud
 from debulk.arrays import Cloud, Floats
@@ -40,10 +41,14 @@ class CloudImage:
     def step_mm(self) -> float:
         """Step to which the depths, the scanner's z, were rounded; 0: no coarser than float32."""
         depths = self.points[:: max(1, len(self.points) // _ROWS), :, 2]
-        depths = depths[np.isfinite(depths)]
-        apart = np.diff(np.unique(depths))
-        least = float(apart.min()) if len(apart) else 0.0
-        return least if least > ROUNDING * float(np.spacing(np.abs(depths).max())) else 0.0
+        return step_of(depths[np.isfinite(depths)])
+
+
+def step_of(depths: NDArray[np.float32]) -> float:
+    """Return the step to which some depths, all finite, were rounded; 0: no coarser than float32."""
+    apart = np.diff(np.unique(depths))
+    least = float(apart.min()) if len(apart) else 0.0
+    return least if least > ROUNDING * float(np.spacing(np.abs(depths).max())) else 0.0
 
 
 def laid_out(
