@@ -223,6 +223,39 @@ def test_objects_beside_the_ply_and_stray_points_are_no_ply():
         assert beside(raised, rectangle(300, 200)) is None
 
 
+def block(left, right, long, high):
+    """Something on the flat ply or beside it: a block round y = 100 mm that stands so high above the reference."""
+    return lambda x, y, ply: np.where((x > left) & (x < right) & (np.abs(y - 100) < long / 2), high, flat(x, y, ply))
+
+
+@pytest.mark.parametrize(
+    ("raised", "seen"),
+    [
+        (block(299, 317, 33, 0.3), True),  # a tab of the ply, more than 2 cm2 beyond 8 mm
+        (block(299, 317, 21, 0.3), False),
+        (block(309, 330, 60, 0.3), False),  # as high as a ply, but bare mold lies between the two
+        (block(304, 317, 21, 1.1), True),  # a bump beside the outline
+        (block(304, 317, 21, 0.8), False),
+        (block(280, 309, 21, 0.8), True),  # a lower one that goes on inside it
+    ],
+    ids=["tab", "small tab", "off the ply", "bump", "low bump", "low bump that crosses"],
+)
+def test_what_counts_as_a_part_of_the_ply(raised, seen):
+    found = beside(raised, rectangle(300, 200))
+    assert (found is not None) is seen
+    if found is not None:
+        assert 300 < found.place_mm[0] < 320
+        assert found.place_mm[1] == pytest.approx(100, abs=6)
+
+
+def test_what_rises_above_the_cut_hides_the_edge():
+    x, y = np.meshgrid(np.arange(-80.0, 381.0, 2.0), np.arange(-80.0, 281.0, 2.0))
+    high = block(270, 340, 90, 4.0)(x, y, (x > 0) & (x < 300) & (y > 0) & (y < 200))
+    found = edges_mm(Outline(rectangle(300, 200)), Grid(high, np.array([-80.0, -80.0]), 2.0))
+    assert 1 <= np.count_nonzero(np.isnan(found)) <= 4
+    assert np.nanmax(np.abs(found)) <= 4
+
+
 @MODES
 def test_a_part_of_the_ply_that_the_outline_leaves_out_does_not_pass(regions):
     """A corner of 60 mm, 5 % of the outline: nothing was said before, for there is no edge where the ply goes on."""
