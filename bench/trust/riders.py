@@ -106,7 +106,8 @@ class Ply:
 def riders_in(scan: Cloud, inspector: Inspector) -> list[Narrow]:
     """Return the narrow places of a scan that its height map has lost, and that could crease."""
     found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
-    return [one.place for one in lost(inspector._narrow.find(scan, None), found, inspector.recipe)]
+    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop())[1])
+    return [one.place for one in lost(inspector._narrow.find(image, None), found, inspector.recipe)]
 
 
 def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -> Bell:

@@ -388,8 +388,9 @@ class Inspector:
 
         `given` are the points before an offset was removed, which the export may have rounded.
         """
-        filled = self._filled.find(points, sample, self.mask, stop)
-        standing = self._narrow.find(points, self.mask, stop)
+        image = self._filled.image_of(points, sample)
+        filled = self._filled.find(image, self.mask, stop)
+        standing = self._narrow.find(image, self.mask, stop)
         return filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
 
     def _judge(

@@ -10,7 +10,7 @@ import pytest
 import laid_ply
 from debulk import Inspector, Recipe, Verdict, _core, scenes
 from debulk.inspection.rawscan.lost_places import left_out, lost
-from debulk.inspection.rawscan.narrow import NarrowSearch
+from lab.third.scene import scene
 from lab.varied import given_right, varied_layup
 
 BELLS = [  # x, y, width at the foot, height, mm
@@ -57,14 +57,20 @@ def _scan(count=None):
     return laid_ply.scan(_bells(*BELLS[:count]), noise_mm=0.05)
 
 
+def _find(inspector, scan, mask=None, stop=None):
+    """Return what stands narrowly in a scan."""
+    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop())[1])
+    return inspector._narrow.find(image, mask, stop)
+
+
 def _places(scan):
-    return laid_ply.inspector()._narrow.find(scan, None).places
+    return _find(laid_ply.inspector(), scan).places
 
 
 def _lost(inspector, scan, mask=None):
     """Return what the height map has lost of a scan and could crease."""
     found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
-    return lost(inspector._narrow.find(scan, mask), found, inspector.recipe)
+    return lost(_find(inspector, scan, mask), found, inspector.recipe)
 
 
 # --- what is found, and how it is measured ---
@@ -127,7 +133,8 @@ def test_bumps_leave_the_layup_undecided_and_the_report_says_where(regions):
     report = laid_ply.inspector(regions).inspect(_scan(3))
     assert report.verdict is Verdict.UNDECIDED
     assert "narrower than what the height map resolves" in report.reason
-    assert sum(one.what.startswith("a bump about") for one in report.left_out) == 3
+    marked = [one.place_mm for one in report.left_out if one.what.startswith("a bump about")]  # on the page's map
+    assert sorted(marked) == [pytest.approx(bell[:2], abs=1.5) for bell in sorted(BELLS[:3])]
 
 
 def test_one_too_low_for_a_ridge_passes():
@@ -209,18 +216,43 @@ def test_good_layups_with_holes_clamps_and_all_noise_raise_no_alarm(seed):
     assert _lost(ply, given.scan, given.mask) == ()
 
 
+def test_what_the_spacing_of_a_list_allows_is_found():
+    """Points 1 mm apart, in no order, are laid out on pixels of 1.7 mm."""
+    bells = [(60, 40, 9, 2), (-140.5, 80.3, 10, 2), (10.2, -120.7, 9, 3), (-80.7, -60.2, 8.5, 4)]
+    hills, fold = _bells(*bells), _fold(5, 6, 100, 30)
+    scan = laid_ply.scan(lambda x, y: hills(x, y) + fold(x, y + 110), noise_mm=0.05)
+    points = np.random.default_rng(0).permutation(scan[np.isfinite(scan).all(axis=2)])
+    standing = _find(laid_ply.inspector(), points)
+    for x, y, _, high_mm in bells:
+        place = min(standing.places, key=lambda one: np.linalg.norm(np.subtract(one.top_mm, (x, y))))
+        assert np.linalg.norm(np.subtract(place.top_mm, (x, y))) < 2.5
+        assert place.height_mm == pytest.approx(high_mm, rel=0.35)
+    assert sum(place.length_mm for place in standing.places if place.is_wrinkle) > 75
+    (unseen,) = left_out((), standing, laid_ply.inspector().find(scan))
+    assert "narrower than 8." in unseen.what
+
+
+def test_without_an_outline_a_corner_of_the_ply_is_no_bump():
+    """The ply ends in a tip; what stands there above the bare mold is the ply itself."""
+    given = scene(603)
+    recipe, angles = Recipe(material={"thickness_mm": given.thickness_mm}), (given.fibre_deg, given.fibre_deg + 90)
+    inspector = Inspector(recipe, given.reference, given.outline, angles, given.mold_from_scanner)
+    assert given.outline is None
+    assert _find(inspector, given.scan).places == ()
+
+
 # --- where none can be looked for, and where not all can be found ---
 
 
-def test_what_is_no_image_or_too_coarse_is_left_out_with_a_bound():
+def test_what_is_too_coarse_is_left_out_with_a_bound():
     inspector, scan = laid_ply.inspector(), laid_ply.scan(_fold(3, 8, 200, 0))
     found = inspector.find(scan)
     for points, why in (
-        (np.ascontiguousarray(scan.reshape(-1, 3)), "no image"),
+        (np.ascontiguousarray(scan.reshape(-1, 3)[::7]), "apart"),
         (np.ascontiguousarray(scan[::5, ::5]), "apart"),
         (np.full_like(scan, np.nan), "pitch"),
     ):
-        standing = inspector._narrow.find(points, None)
+        standing = _find(inspector, points)
         assert standing.places == ()
         assert standing.unknown is None
         wrinkles, bumps = left_out((), standing, found)
@@ -246,32 +278,31 @@ def test_a_scan_that_stands_out_everywhere_is_spoiled_unless_it_does_off_the_ply
     around, on_it = scan.copy(), scan.copy()
     around[..., 2] += np.where(off, wild, 0)
     on_it[..., 2] += np.where(off, 0, wild)
-    search = laid_ply.inspector()._narrow
-    beside = search.find(around, None)
+    beside = _find(laid_ply.inspector(), around)
     assert beside.unknown is None
     assert [place.is_wrinkle for place in beside.places] == [True]
-    spoiled = search.find(on_it, None)
+    spoiled = _find(laid_ply.inspector(), on_it)
     assert spoiled.unknown.at_best is Verdict.INVALID
     assert "scan again" in spoiled.unknown.reason
 
 
 def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt():
-    search, scan = laid_ply.inspector()._narrow, _scan(1)
+    inspector, scan = laid_ply.inspector(), _scan(1)
     late = _core.Stop()
     late.set_deadline(1e-9)
-    standing = search.find(scan, None, late)
+    standing = _find(inspector, scan, None, late)
     assert standing.unknown.at_best is Verdict.UNDECIDED
     assert "deadline" in standing.left_out[0].why
     cancelled = _core.Stop()
     cancelled.cancel()
     with pytest.raises(_core.Stopped):
-        search.find(scan, None, cancelled)
+        _find(inspector, scan, None, cancelled)
 
 
 def test_the_search_is_the_same_on_any_number_of_threads():
     recipe = Recipe(run={"threads": 1})
     setup = laid_ply.inspector().setup
     one = Inspector(recipe, setup.prepared, setup.outline, mold_from_scanner=setup.mold_from_scanner)
-    places, others = (NarrowSearch(of.setup).find(_scan(), None).places for of in (one, laid_ply.inspector()))
+    places, others = (_find(of, _scan()).places for of in (one, laid_ply.inspector()))
     assert [place.samples_mm.tobytes() for place in places] == [place.samples_mm.tobytes() for place in others]
     assert places

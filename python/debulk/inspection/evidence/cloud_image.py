@@ -35,7 +35,12 @@ class CloudImage:
     """(H, W, 3) the pixels' middles in mold XY, and the heights above the reference there. A point lies anywhere in its
     pixel. Its height is moved to the middle along the slope of the heights around."""
     pitch_mm: float
-    """Side of a pixel."""
+    """Side of a pixel; inf: not known."""
+
+    @property
+    def laid(self) -> bool:
+        """Whether a list was laid out; the scan's own image has its points for heights."""
+        return self.heights is not self.points
 
     @property
     def step_mm(self) -> float:

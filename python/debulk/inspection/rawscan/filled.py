@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -111,34 +110,27 @@ class FilledSearch:
         self._smoothed = SmoothedSearch(setup, outline)
         self._least_mm2 = options.looked_for_mm2(setup.recipe)
 
-    def find(
-        self, scan: NDArray[np.float32], sample: Sample, mask: NDArray[np.bool_] | None, stop: _core.Stop
-    ) -> Filled:
-        """Search a scan, given a sample of its points; pixels at which the (H, W) mask is True are not used."""
-        wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
-        on_ply: Callable[[NDArray[np.float32]], NDArray[np.bool_]]
+    def image_of(self, scan: NDArray[np.float32], sample: Sample) -> CloudImage | None:
+        """Return a scan as an image, given a sample of its points; None: too few of a list lie on the ply."""
         if scan.ndim == 3:
-            image, on_ply = CloudImage(scan, scan, sample.pitch_mm), self.on_ply
-        else:
-            box_mm = self._zones.box_mm + LIMITS.beside_mm * np.array([[-1.0], [1.0]])
-            laid = laid_out(
-                scan,
-                self._setup.mold_from_scanner,
-                self._setup.prepared.reference,
-                box_mm,
-                sample.pitch_mm,
-                self._threads,
-            )
-            if laid is None:
-                return Filled(unknown="too few points lie on the ply to lay them out as an image")
-            image, on_ply, mask = laid, self._laid_on_ply, None
+            return CloudImage(scan, scan, sample.pitch_mm)
+        box_mm = self._zones.box_mm + LIMITS.beside_mm * np.array([[-1.0], [1.0]])
+        prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
+        return laid_out(scan, pose, prepared.reference, box_mm, sample.pitch_mm, self._threads)
+
+    def find(self, image: CloudImage | None, mask: NDArray[np.bool_] | None, stop: _core.Stop) -> Filled:
+        """Search a scan's image; pixels at which the (H, W) mask of its own image is True are not used."""
+        if image is None:
+            return Filled(unknown="too few points lie on the ply to lay them out as an image")
+        wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
+        on_ply, mask = (self._laid_on_ply, None) if image.laid else (self.on_ply, mask)
         squares = squares_of(image.points.shape, image.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
             some = some_on_ply(image.heights, squares, on_ply)
             smoothed = self._smoothed.find(image, squares, some, mask)
-            if scan.ndim == 2:
+            if image.laid:
                 patches, unknown, across = *self._in_list(image, smoothed), LIMITS.seen_laid_pixels
             else:
                 patches, unknown, across = *self._in_image(image, squares, some, mask, stop), LIMITS.seen_pixels

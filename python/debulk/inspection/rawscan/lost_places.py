@@ -176,6 +176,7 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
             why="it is narrower than what the height map resolves: nothing can be laid on it",
             bound=f"a fibre over a bell of this size is {one.excess_mm:.2g} mm longer than the mold, which makes a "
             f"ridge of {one.ridge_mm:.2f} mm",
+            place_mm=one.place.top_mm,
         )
         for one in places
         if not one.place.is_wrinkle

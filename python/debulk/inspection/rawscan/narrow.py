@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.stopping import heed
@@ -98,23 +99,24 @@ class NarrowSearch:
     """Looks for narrow places in scan after scan."""
 
     def __init__(self, setup: Setup) -> None:
-        self._motion = setup.pose[:3].astype(np.float32)
+        self._motion, self._thickness_mm = setup.pose[:3].astype(np.float32), setup.recipe.material.thickness_mm
         self._ground, self._first_mm, self._spacing_mm = _ground(setup)
 
-    def find(self, scan: Cloud, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
-        """Find the narrow places of an organised scan; in any other cloud they cannot be looked for.
+    def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
+        """Find the narrow places of a scan's image, or of a list of points that was laid out as one.
 
-        A deadline of the stop ends the search with a finding.
+        Pixels at which the (H, W) mask of the scan's own image is True are not used. A deadline of the stop ends the
+        search with a finding.
         """
-        if scan.ndim != 3 or min(scan.shape[:2]) < _FEWEST_PIXELS:
-            return _not_searched("the scan is no image: which points are neighbours is not known")
-        pitch_mm = _pitch_mm(scan)
+        if image is None or min(image.points.shape[:2]) < _FEWEST_PIXELS:
+            return _not_searched("too few points lie on the ply to know which of them are neighbours")
+        pitch_mm = image.pitch_mm if image.laid else _pitch_mm(image.points)  # that of an area is 5 % larger with gaps
         if not pitch_mm > 0:
             return _not_searched("the pitch of the scan's pixels is not known")
         if pitch_mm > LIMITS.coarsest_mm:
             return _not_searched(f"the pixels are {pitch_mm:.2g} mm apart")
         try:
-            return self._find(scan, mask, pitch_mm, stop or _core.Stop())
+            return self._find(image.points, None if image.laid else mask, pitch_mm, stop or _core.Stop())
         except _core.Stopped:
             if stop is None or stop.cancelled:
                 raise
@@ -140,7 +142,8 @@ class NarrowSearch:
             some = some[np.isfinite(some)]
             noise_mm = float(np.median(some)) if some.size else 0.0
             least_mm = max(LIMITS.stands_out_mm, LIMITS.noise * noise_mm)
-            stands = (out > least_mm) & (out < HIGHEST_MM)
+            # The ply itself, narrow between bare mold, stands no higher than its thickness.
+            stands = (np.minimum(out, height - np.float32(self._thickness_mm)) > least_mm) & (out < HIGHEST_MM)
         if np.count_nonzero(stands) > LIMITS.spoiled_share * np.count_nonzero(np.isfinite(height)):
             why = (
                 f"the scan is spoiled: more than {LIMITS.spoiled_share:.0%} of it stand out sharply from what is "
