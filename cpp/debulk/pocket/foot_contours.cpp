@@ -1,6 +1,7 @@
 #include "debulk/pocket/foot_contours.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -149,13 +150,8 @@ std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& h
 // from which it was reached.
 void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
   const int nx = labels.nx, ny = labels.ny;
-  long offsets[8];  // of a point's neighbours, in a grid's values
-  for (int k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
-  const auto for_neighbours = [&](int i, int j, const auto& body) {
-    const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
-    for (int k = 0; k < 8; ++k)
-      if (interior || labels.contains(i + kDi[k], j + kDj[k])) body(k);
-  };
+  std::array<long, 8> offsets;  // of a point's neighbours, in a grid's values
+  for (std::size_t k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
   const std::vector<Front> rim = rim_of(labels, heights);
   float highest = 0;
   for (const Front& front : rim) highest = std::max(highest, front.level);
@@ -164,14 +160,18 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
   Front front{};
   for (long popped = 0; fronts.pop(front); ++popped) {
     if (popped % 16384 == 0) check(stop);
-    std::int32_t* label = &labels.at(front.i, front.j);
-    const float* height = &heights.at(front.i, front.j);
-    for_neighbours(front.i, front.j, [&](int k) {
+    const int i = front.i, j = front.j;
+    std::int32_t* const label = &labels.at(i, j);
+    const float* const height = &heights.at(i, j);
+    const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
+    const double most = front.level + rise;
+    for (std::size_t k = 0; k < 8; ++k) {
+      if (!interior && !labels.contains(i + kDi[k], j + kDj[k])) continue;
       const float h = height[offsets[k]];
-      if (label[offsets[k]] != 0 || !(h > level) || h > front.level + rise) return;  // unknown heights end a flood, too
+      if (label[offsets[k]] != 0 || !(h > level) || h > most) continue;  // unknown heights end a flood, too
       label[offsets[k]] = *label;
-      fronts.push({std::min(front.level, h), front.i + kDi[k], front.j + kDj[k]});
-    });
+      fronts.push({std::min(front.level, h), i + kDi[k], j + kDj[k]});
+    }
   }
 }
 

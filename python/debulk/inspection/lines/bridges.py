@@ -52,10 +52,10 @@ def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
     """
     recipe, runs = ply.recipe, found.excess
     angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
-    foot = found.feet._core.feet[found.index]
-    bound_mm = _core.ridge.string_bound(foot, net_spacing_mm(found, ply), angles, ply.reference)
-    if runs is not None:
-        bound_mm = min(bound_mm, float(runs.gap_mm[runs.low_mm < runs.uncertainty_mm].max(initial=0.0)))
+    bound_mm = math.inf if runs is None else float(runs.gap_mm[runs.low_mm < runs.uncertainty_mm].max(initial=0.0))
+    if bound_mm > 0:
+        foot = found.feet._core.feet[found.index]
+        bound_mm = min(bound_mm, _core.ridge.string_bound(foot, net_spacing_mm(found, ply), angles, ply.reference))
     if options.cannot_bridge(bound_mm, recipe):
         return Bridge(bound_mm, None, (0.0, 0.0))
     section = _measured(found, ply, angles, stop)
