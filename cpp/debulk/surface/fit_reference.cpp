@@ -88,7 +88,7 @@ struct Factors {
 // The fits round the nodes that are wanted (all, if `wanted` is empty). Their height is NaN if there is too little to
 // fit to.
 Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, const Grid<std::uint8_t>& wanted,
-                               int threads, const Stop& stop) {
+                               RowMemory& memory, int threads, const Stop& stop) {
   const int reach = window.reach;
   Quadratic full;
   for (int d = -reach; d <= reach; ++d) full.add_weights(window.all, window.at(d));
@@ -96,7 +96,7 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes
   const double limit = noisier * complete_factors.variance;
 
   Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
-  const RowMoments rows(heights, nodes, window, threads, stop);
+  const RowMoments rows(heights, nodes, window, wanted, memory, threads, stop);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j) {
       const int middle = nodes.first_j + j * nodes.step;
@@ -159,13 +159,13 @@ Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
 // narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there. `fits` keeps
 // those in the least window and in its doubles for another call with the same heights.
 Grid<double> fit_heights(const Grid<float>& heights, const FitNodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
-                         std::vector<Grid<Quadratic::Fit>>& fits, int threads, const Stop& stop) {
+                         std::vector<Grid<Quadratic::Fit>>& fits, RowMemory& memory, int threads, const Stop& stop) {
   while (static_cast<int>(fits.size()) <= doublings)
-    fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << fits.size()), {}, threads, stop));
+    fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << fits.size()), {}, memory, threads, stop));
   std::vector<Grid<Quadratic::Fit>> narrow;
   const int most = bent.size() == 0 ? 0 : *std::max_element(bent.values.begin(), bent.values.end());
   for (int k = 1; k <= most; ++k)
-    narrow.push_back(fit_nodes(heights, nodes, FitWindow(std::max(2, reach >> k)), halved(bent, k), threads, stop));
+    narrow.push_back(fit_nodes(heights, nodes, FitWindow(std::max(2, reach >> k)), halved(bent, k), memory, threads, stop));
   Grid<double> out = fits.front().like<double>(nan);
   parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
@@ -231,8 +231,9 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);
   Grid<std::uint8_t> bent;
   std::vector<Grid<Quadratic::Fit>> fits;
+  RowMemory memory;
   const auto fitted = [&](int doublings) {
-    Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, fits, threads, stop);
+    Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, fits, memory, threads, stop);
     if (below.size() != 0) go_on_over_cliffs(out, below);
     return Reference(fill_nodes(std::move(out), stop));
   };

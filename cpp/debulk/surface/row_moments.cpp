@@ -24,12 +24,19 @@ FitWindow::FitWindow(int r) : reach(r) {
   }
 }
 
-RowMoments::RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, int threads, const Stop& stop)
-    : heights_(heights), nodes_(nodes), window_(window), wide_((nodes.nx + kTogether - 1) / kTogether * kTogether) {
+void RowMemory::hold(std::size_t count) {
+  if (count <= size) return;
+  sums.reset(new double[kSums * count]), weights.reset(new double[kWeights * count]);
+  size = count;
+}
+
+RowMoments::RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window,
+                       const Grid<std::uint8_t>& wanted, RowMemory& memory, int threads, const Stop& stop)
+    : heights_(heights), nodes_(nodes), window_(window), wanted_(wanted), wide_((nodes.nx + kTogether - 1) / kTogether * kTogether) {
   const std::size_t size = static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(wide_);
   complete_.resize(size);
-  weights_.reset(new double[kWeights * size]);
-  sums_.reset(new double[kSums * size]);
+  memory.hold(size);
+  sums_ = memory.sums.get(), weights_ = memory.weights.get();
   for (int d = 0; d <= window.reach; ++d)
     for (std::size_t a = 0; a < 3; ++a) powers_.push_back(window.at(d)[a]);
   parallel_for(heights.ny, 2 * kTogether, threads, stop, [&](long begin, long end) {
@@ -53,8 +60,25 @@ void RowMoments::add_up_weights(int i, int low, int high, int middle, double* ou
   window_weights(&weights_[place(kWeights, i, low)], wide_, high - low + 1, window_.at(low - middle).data(), out);
 }
 
+// Whether a window of the kTogether nodes from node i on reaches one of the rows [begin, end).
+bool RowMoments::needed(int i, int begin, int end) const {
+  if (wanted_.size() == 0) return true;
+  for (int j = 0; j < nodes_.ny; ++j) {
+    const int middle = nodes_.first_j + j * nodes_.step;
+    if (middle + window_.reach < begin || middle - window_.reach >= end) continue;
+    const std::uint8_t* row = &wanted_.at(0, j);
+    if (std::any_of(row + i, row + std::min(i + kTogether, nodes_.nx), [](std::uint8_t mark) { return mark != 0; })) return true;
+  }
+  return false;
+}
+
 // Up to kTogether rows, whose heights are put side by side.
 void RowMoments::read_rows(int begin, int end) {
+  std::vector<int> asked;
+  for (int i = 0; i < wide_; i += kTogether)
+    if (needed(i, begin, end))
+      for (int k = 0; k < kTogether; ++k) asked.push_back(i + k);
+  if (asked.empty()) return;
   const int nx = heights_.nx, reach = window_.reach;
   std::vector<double> columns(static_cast<std::size_t>(nx) * kTogether, 0.0), known(columns.size(), 0.0);
   std::vector<int> missing(static_cast<std::size_t>(nx + 1) * kTogether, 0);  // number before each column
@@ -65,7 +89,7 @@ void RowMoments::read_rows(int begin, int end) {
       if (!std::isnan(z)) columns[place] = z, known[place] = 1;
       missing[place + kTogether] = missing[place] + std::isnan(z);
     }
-  for (int i = 0; i < wide_; ++i) {
+  for (const int i : asked) {
     const int middle = nodes_.first_i + i * nodes_.step;
     const int first = std::max(0, middle - reach), last = std::min(nx - 1, middle + reach);
     const bool inside = i < nodes_.nx && last - first == 2 * reach;

@@ -29,11 +29,22 @@ struct FitWindow {
   const std::array<double, 5>& at(int d) const { return powers[static_cast<std::size_t>(d + reach)]; }
 };
 
+// Memory for the sums of one window after another: new pages take longer than the sums in them.
+struct RowMemory {
+  std::unique_ptr<double[]> sums, weights;
+  std::size_t size = 0;
+
+  void hold(std::size_t count);
+};
+
 // Sums over the rows of the heights, for the window of each node: of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of
-// w z². Heights, nodes and window must outlive them.
+// w z². Heights, nodes, window and memory must outlive
+// them.
 class RowMoments {
  public:
-  RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, int threads, const Stop& stop);
+  // Only what the wanted nodes need is summed up, kTogether nodes at once; all, if `wanted` is empty.
+  RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, const Grid<std::uint8_t>& wanted,
+             RowMemory& memory, int threads, const Stop& stop);
 
   // Whether the rows [low, high] are complete, for each of kTogether nodes from node i, a multiple of kTogether.
   std::array<std::uint8_t, kTogether> all_complete(int i, int low, int high) const;
@@ -50,15 +61,17 @@ class RowMoments {
   std::size_t place(std::size_t sums, int i, int row, std::size_t which = 0) const {
     return (sums * static_cast<std::size_t>(row) + which) * static_cast<std::size_t>(wide_) + static_cast<std::size_t>(i);
   }
+  bool needed(int i, int begin, int end) const;
   void read_rows(int begin, int end);
 
   const Grid<float>& heights_;
   const FitNodes& nodes_;
   const FitWindow& window_;
+  const Grid<std::uint8_t>& wanted_;
   int wide_;
   std::vector<double> powers_;
   std::vector<std::uint8_t> complete_;
-  std::unique_ptr<double[]> sums_, weights_;  // of each row kSums and kWeights times those of all nodes
+  double *sums_, *weights_;  // of each row kSums and kWeights times those of all nodes
 };
 
 }  // namespace debulk
