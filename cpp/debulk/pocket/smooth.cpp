@@ -1,5 +1,7 @@
 #include "debulk/pocket/smooth.hpp"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,24 +37,6 @@ constexpr int kColumns = 32;  // number of columns that the kernel's loops take 
 #define DEBULK_KERNEL "debulk/pocket/smooth_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// Solves a positive definite system, given by its lower triangle, in place: L D L^T without a search for pivots, which
-// takes longer than the elimination of so few unknowns.
-void solve(double (&a)[6][6], double (&x)[6]) {
-  for (int k = 0; k < 6; ++k) {
-    double factor[6];
-    for (int i = k + 1; i < 6; ++i) factor[i] = a[i][k] / a[k][k];
-    for (int i = k + 1; i < 6; ++i) {
-      for (int j = k + 1; j <= i; ++j) a[i][j] -= factor[i] * a[j][k];
-      x[i] -= factor[i] * x[k];
-    }
-    for (int i = k + 1; i < 6; ++i) a[i][k] = factor[i];
-  }
-  for (int k = 5; k >= 0; --k) {
-    x[k] /= a[k][k];
-    for (int i = k + 1; i < 6; ++i) x[k] -= a[i][k] * x[i];
-  }
-}
-
 // The least-squares quadratic through the known points of a (2 half + 1)^2 window, from the sums of its rows.
 // Distances are in half-widths.
 class WindowFit {
@@ -84,13 +68,14 @@ class WindowFit {
     WindowMoments sums;
     DEBULK_ON(best_isa(), add_up(rows, power_of_.data(), 2 * half_ + 1, sums));
     const double count = sums.known;
-    double fit[6], matrix[6][6];
+    Eigen::Matrix<double, 6, 1> right;
+    Eigen::Matrix<double, 6, 6> matrix;
     for (int s = 0; s < 6; ++s) {
-      fit[s] = sums.xyh[kTerm[s][0]][kTerm[s][1]];
-      for (int t = 0; t <= s; ++t) matrix[s][t] = sums.xy[kTerm[s][0] + kTerm[t][0]][kTerm[s][1] + kTerm[t][1]];
-      matrix[s][s] += 1e-9 * count;
+      right[s] = sums.xyh[kTerm[s][0]][kTerm[s][1]];
+      for (int t = 0; t < 6; ++t) matrix(s, t) = sums.xy[kTerm[s][0] + kTerm[t][0]][kTerm[s][1] + kTerm[t][1]];
     }
-    solve(matrix, fit);
+    matrix.diagonal().array() += 1e-9 * count;
+    const Eigen::Matrix<double, 6, 1> fit = matrix.llt().solve(right);
     return fit[0] - blur_ * (fit[3] + fit[5]);
   }
 
