@@ -33,7 +33,7 @@ def test_a_pocket_that_the_filters_lower_is_not_passed(radius_mm, high_mm, pitch
 
 
 def test_the_reason_asks_for_a_denser_scan():
-    report = _inspected(20, 4.5, 3.0)
+    report = _inspected(12, 3.2, 3.0)
     assert "give a denser scan" in report.reason
 
 
@@ -61,13 +61,14 @@ def test_the_spike_filter_takes_no_bump_of_a_coarse_scan(radius_mm, high_mm, pit
     assert report.verdict in (Verdict.UNDECIDED, Verdict.CREASE)
 
 
-def _lines(across_mm, *, image):
-    """A scan and a reference by a line scanner, with a bump that creases."""
-    x, y = np.meshgrid(np.arange(0.0, 200.0, 0.25), np.arange(0.0, 180.0, across_mm))
+def _lines(across_mm, *, image, along_mm=0.25, high_mm=5.0, radius_mm=15.0):
+    """A scan and a reference by a line scanner, with a bump, by default one that creases."""
+    x, y = np.meshgrid(np.arange(0.0, 200.0, along_mm), np.arange(0.0, 180.0, across_mm))
     noise = np.random.default_rng(3).normal(0.0, 0.02, (2, *x.shape))
-    high = 0.3 + 5.0 * np.cos(np.pi / 2 * np.minimum(np.hypot(x - 100, y - 90) / 15, 1)) ** 2
+    r = np.minimum(np.hypot(x - 100, y - 90) / radius_mm, 1)
     ply = (abs(x - 100) < 80) & (abs(y - 90) < 70)
-    clouds = [np.dstack([x, y, z]) for z in (np.where(ply, high, 0.0) + noise[0], noise[1])]
+    top = 0.3 + high_mm * np.cos(np.pi / 2 * r) ** 2
+    clouds = [np.dstack([x, y, z]) for z in (np.where(ply, top, 0.0) + noise[0], noise[1])]
     return clouds if image else [cloud.reshape(-1, 3) for cloud in clouds]
 
 
@@ -89,5 +90,21 @@ def test_lines_farther_apart_than_a_pocket_needs_are_refused(image):
 @pytest.mark.parametrize("image", [True, False], ids=["image", "list"])
 def test_lines_two_millimetres_apart_are_read(image):
     scan, reference = _lines(2.0, image=image)
+    report = debulk.inspect(scan, reference, None, ply_outline=LINES_PLY, mold_from_scanner=np.eye(4))
+    assert report.verdict is Verdict.CREASE, report.reason
+
+
+@pytest.mark.parametrize("turned", [False, True], ids=["along columns", "along rows"])
+def test_a_bump_between_lines_is_no_wrinkle(turned):
+    clouds = _lines(0.25, image=True, along_mm=2.0, high_mm=3.3, radius_mm=7.0)
+    scan, reference = (np.ascontiguousarray(np.swapaxes(cloud, 0, 1)) if turned else cloud for cloud in clouds)
+    report = debulk.inspect(scan, reference, None, ply_outline=LINES_PLY, mold_from_scanner=np.eye(4))
+    assert report.verdict is Verdict.UNDECIDED, report.reason
+    assert "wrinkles" not in {finding.check for finding in report.findings}
+
+
+@pytest.mark.parametrize("high_mm", [300.0, -300.0])
+def test_a_lattice_over_a_flat_mold_is_no_camera(high_mm):
+    scan, reference = (cloud + np.array([0.0, 0.0, high_mm]) for cloud in _lines(0.8, image=True, along_mm=0.8))
     report = debulk.inspect(scan, reference, None, ply_outline=LINES_PLY, mold_from_scanner=np.eye(4))
     assert report.verdict is Verdict.CREASE, report.reason

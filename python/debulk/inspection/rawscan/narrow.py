@@ -110,27 +110,30 @@ class NarrowSearch:
         """
         if image is None or min(image.points.shape[:2]) < _FEWEST_PIXELS:
             return _not_searched("too few points lie on the ply to know which of them are neighbours")
-        pitch_mm = image.pitch_mm if image.laid else _pitch_mm(image.points)  # that of an area is 5 % larger with gaps
-        if not pitch_mm > 0:
+        # Along columns and along rows; that of an area, as of a list of points, is 5 % larger with gaps.
+        points, known = image.points, image.pitch_mm
+        pitches_mm = (known, known) if image.laid else (_pitch_mm(np.swapaxes(points, 0, 1)), _pitch_mm(points))
+        if not min(pitches_mm) > 0:
             return _not_searched("the pitch of the scan's pixels is not known")
-        if pitch_mm > LIMITS.coarsest_mm:
-            return _not_searched(f"the pixels are {pitch_mm:.2g} mm apart")
+        if max(pitches_mm) > LIMITS.coarsest_mm:
+            return _not_searched(f"the pixels are {max(pitches_mm):.2g} mm apart")
         try:
-            return self._find(image.points, None if image.laid else mask, pitch_mm, stop or _core.Stop())
+            return self._find(image.points, None if image.laid else mask, pitches_mm, stop or _core.Stop())
         except _core.Stopped:
             if stop is None or stop.cancelled:
                 raise
             why = "the deadline passed before the scan was searched for what the filters take for noise"
             return _not_searched("the deadline passed", Finding("deadline", Verdict.UNDECIDED, why))
 
-    def _find(self, scan: Cloud, mask: Bools | None, pitch_mm: float, stop: _core.Stop) -> Standing:
-        step = max(1, round(LIMITS.sample_mm / pitch_mm))
-        sample_mm = step * pitch_mm
+    def _find(self, scan: Cloud, mask: Bools | None, pitches_mm: tuple[float, float], stop: _core.Stop) -> Standing:
+        coarse_mm = max(pitches_mm)  # a line scanner's lines may lie farther apart than the points along each
+        sample_mm = max(1, round(LIMITS.sample_mm / coarse_mm)) * coarse_mm
+        down, right = (max(1, round(sample_mm / pitch_mm)) for pitch_mm in pitches_mm)
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            part = self._part(scan, max(1, int(LIMITS.narrowest_ply_mm / pitch_mm)))
-            points = self._in_mold(scan[part][::step, ::step])
+            part = self._part(scan, [max(1, int(LIMITS.narrowest_ply_mm / pitch_mm)) for pitch_mm in pitches_mm])
+            points = self._in_mold(scan[part][::down, ::right])
             if mask is not None:
-                points[mask[part][::step, ::step]] = np.nan
+                points[mask[part][::down, ::right]] = np.nan
             heed(stop, _SEARCH)
             height = self._above(points)
             if not np.isfinite(height).any():
@@ -163,11 +166,14 @@ class NarrowSearch:
         moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
         return np.asarray(moved, dtype=np.float32)
 
-    def _part(self, scan: Cloud, apart: int) -> tuple[slice, slice]:
-        """Return the rows and columns of an image that show the ply, from pixels so far apart."""
-        seen = np.isfinite(self._above(self._in_mold(scan[::apart, ::apart])))
+    def _part(self, scan: Cloud, steps: list[int]) -> tuple[slice, slice]:
+        """Return the rows and columns of an image that show the ply, from pixels so many rows and columns apart."""
+        down, right = steps
+        seen = np.isfinite(self._above(self._in_mold(scan[::down, ::right])))
         ends = [np.flatnonzero(seen.any(axis=axis))[[0, -1]] if seen.any() else (0, 0) for axis in (1, 0)]
-        rows, columns = (slice(max(0, first - 1) * apart, (last + 2) * apart) for first, last in ends)
+        rows, columns = (
+            slice(max(0, first - 1) * step, (last + 2) * step) for (first, last), step in zip(ends, steps, strict=True)
+        )
         return rows, columns
 
     def _above(self, points: Cloud) -> NDArray[np.float32]:
@@ -282,7 +288,7 @@ def _solid(stands: Bools) -> bool:
 
 
 def _pitch_mm(scan: Cloud) -> float:
-    """Return the median distance of neighbouring pixels in the middle of an image; NaN if nothing was seen there."""
+    """Return the median distance of neighbours along rows in the middle of an image; NaN: nothing was seen there."""
     rows, columns = scan.shape[0] // 2, scan.shape[1] // 2
     middle = scan[rows - rows // 4 : rows + rows // 4 : max(1, rows // 32), columns // 2 : columns + columns // 2]
     with np.errstate(over="ignore", invalid="ignore"):

@@ -153,6 +153,9 @@ def _cleaned(
     image = None
     if points.ndim == 3:
         found = fit_camera(points) if camera is None else camera
+        # A lattice over a flat mold fits a pinhole, too: one that would see the mold from below is none.
+        if camera is None and mold_from_scanner is not None and mold_from_scanner[2, 2] > 0:
+            found = None
         image = None if found is None else PinholeImage(*points.shape[:2], *map(float, found))
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
