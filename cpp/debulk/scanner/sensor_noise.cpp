@@ -24,23 +24,25 @@ struct Bin {
 };
 
 // Averages the variances at each level, without pixels at edges, where two surfaces mix and the fit does not hold.
-std::array<Bin, bins> averaged(std::vector<LevelVariance> all, double saturated, int estimates) {
-  const auto bin_of = [&](const LevelVariance& one) { return static_cast<int>(std::clamp(bins * one.level / saturated, 0.0, bins - 1.0)); };
-  std::stable_sort(all.begin(), all.end(), [&](const auto& a, const auto& b) { return bin_of(a) < bin_of(b); });
+std::array<Bin, bins> averaged(const std::vector<std::vector<LevelVariance>>& parts, double saturated, int estimates) {
+  std::array<std::vector<LevelVariance>, bins> by_level;
+  for (const std::vector<LevelVariance>& part : parts)
+    for (const LevelVariance& one : part)
+      by_level[static_cast<std::size_t>(std::clamp(bins * one.level / saturated, 0.0, bins - 1.0))].push_back(one);
   // The median of the mean of so many squared normal deviates (Wilson and Hilferty), and twelve times their variance.
   const double median = std::pow(1 - 2.0 / (9 * estimates), 3), cut = 12;
   std::array<Bin, bins> out{};
   std::vector<double> sorted;
-  for (auto from = all.begin(); from != all.end();) {
-    const auto to = std::find_if(from, all.end(), [&](const auto& one) { return bin_of(one) != bin_of(*from); });
+  for (std::size_t k = 0; k < bins; ++k) {
+    if (by_level[k].empty()) continue;
     sorted.clear();
-    for (auto one = from; one != to; ++one) sorted.push_back(one->variance);
+    for (const LevelVariance& one : by_level[k]) sorted.push_back(one.variance);
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double most = cut * std::max(*middle / median, quantisation);
-    Bin& bin = out[static_cast<std::size_t>(bin_of(*from))];
-    for (; from != to; ++from)
-      if (from->variance <= most) bin.count += 1, bin.level += from->level, bin.variance += from->variance;
+    Bin& bin = out[k];
+    for (const LevelVariance& one : by_level[k])
+      if (one.variance <= most) bin.count += 1, bin.level += one.level, bin.variance += one.variance;
   }
   return out;
 }
@@ -101,9 +103,7 @@ SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturat
     }
     for (SpareSegment& segment : segments) segment.finish(part);
   });
-  std::vector<LevelVariance> all;
-  for (const std::vector<LevelVariance>& part : parts) all.insert(all.end(), part.begin(), part.end());
-  return fit(averaged(std::move(all), saturated, spare.estimates()));
+  return fit(averaged(parts, saturated, spare.estimates()));
 }
 
 template SensorNoise estimate_noise(const ImageStack<std::uint8_t>&, int, double, int, int, const Stop&);

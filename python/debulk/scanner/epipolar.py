@@ -105,12 +105,13 @@ def _patch(
     seen = np.isfinite(depth)
     if y < half or x < half or depth.shape != (2 * _HALF + 1, 2 * _HALF + 1) or seen.mean() < 0.9:
         return None
-    depth = np.where(seen, depth, np.median(depth[seen]))
+    if not seen.all():
+        depth = np.where(seen, depth, np.median(depth[seen]))
     shift = rectified.right_cx - rectified.left_centre[0]
     there = np.arange(columns.start, columns.stop, step) - (rectified.focal_px * rectified.baseline_mm / depth - shift)
     left_x, left_y, right_x, right_y = rectified.maps
     reference = _textures(left, left_x[rows, columns], left_y[rows, columns], 1)[0]
-    if not reference.std() >= 0.02:
+    if not reference @ reference >= 0.02**2 * reference.size:  # its mean is 0
         return None
     # All shifts in one go: the same columns, in rows up and down.
     wide = np.arange(-_REACH, _REACH + 1)
@@ -139,13 +140,13 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
         return np.full(x.shape, np.nan, np.float32)
     out = cv2.remap(
         part,
-        x - np.float32(j0),
-        y - np.float32(i0),
+        (x - np.float32(j0)).reshape(1, -1),  # a single row, for which OpenCV wakes no other threads
+        (y - np.float32(i0)).reshape(1, -1),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=float("nan"),
     )
-    return np.asarray(out, np.float32)
+    return np.asarray(out, np.float32).reshape(x.shape)
 
 
 def _textures(phase: Phase, x: F32, y: F32, parts: int) -> F64:

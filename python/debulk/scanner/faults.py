@@ -8,6 +8,7 @@ phase from it, and by what the sensor's noise makes one expect of them.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -42,6 +43,36 @@ def refuse_faults(
 
     Returns the start phase in turns: the given one, or the estimate for None.
     """
+    clear = clear_pixels(stack, periods, steps, noise)
+    if start is None:
+        start = clear.start()
+    clear.refuse_faults(start)
+    return start
+
+
+@dataclass(frozen=True, eq=False)
+class ClearPixels:
+    """Pixels of the sample whose fringe orders are the surest, by their exposure, and the name of the images."""
+
+    by_exposure: dict[int, Pixels]
+    name: str
+    several: bool
+    """Whether there are several exposures."""
+
+    def start(self) -> float:
+        """Estimate the start phase, in turns: all that a decoding needs to know beforehand."""
+        return _start(self.by_exposure, self.name)
+
+    def refuse_faults(self, start: float) -> None:
+        """Raise an InputError that names what is wrong with the images."""
+        for e, pixels in self.by_exposure.items():
+            found = _fault(pixels.after(start), f" of exposure {e + 1}" if self.several else "")
+            if found:
+                raise InputError(f"{self.name}: {found}")
+
+
+def clear_pixels(stack: Stack, periods: tuple[int, ...], steps: int, noise: tuple[float, float]) -> ClearPixels:
+    """Return the pixels by which images are judged; an InputError is raised for grey values that no sensor gives."""
     fringes = Fringes(periods, steps)
     noise = _plausible(noise, stack.white)
     sample = stack.sample
@@ -49,18 +80,12 @@ def refuse_faults(
     _refuse_levels(stack, top)
     # The longest exposure in which no step of a pixel is saturated; -1 where there is none.
     used = np.where(top < stack.white, np.arange(stack.exposures)[:, None], -1).max(axis=0)
-    judged = {}
+    clear = {}
     for e in range(stack.exposures):
         pixels = _clearest(Pixels(sample[e][:, used == e].astype(np.float64), fringes, noise))
         if pixels is not None:
-            judged[e] = pixels
-    if start is None:
-        start = _start(judged, stack.name)
-    for e, pixels in judged.items():
-        found = _fault(pixels.after(start), f" of exposure {e + 1}" if stack.exposures > 1 else "")
-        if found:
-            raise InputError(f"{stack.name}: {found}")
-    return start
+            clear[e] = pixels
+    return ClearPixels(clear, stack.name, stack.exposures > 1)
 
 
 def _plausible(noise: tuple[float, float], white: int) -> tuple[float, float]:
@@ -97,12 +122,12 @@ def _clearest(pixels: Pixels) -> Pixels | None:
     return pixels[at[:: max(1, len(at) // _MOST)]]
 
 
-def _start(judged: dict[int, Pixels], name: str) -> float:
+def _start(clear: dict[int, Pixels], name: str) -> float:
     """Estimate the start phase from the exposure that tells most and follows the fringes with it."""
-    for e in sorted(judged, key=lambda e: -float(np.sum(judged[e].order_noise ** -2.0))):
-        start = start_phase(judged[e])
-        if _fine(judged[e].after(start)):
-            alike = alike_starts(judged[e].fringes)
+    for e in sorted(clear, key=lambda e: -float(np.sum(clear[e].order_noise ** -2.0))):
+        start = start_phase(clear[e])
+        if _fine(clear[e].after(start)):
+            alike = alike_starts(clear[e].fringes)
             if abs((start * alike + 0.5) % 1.0 - 0.5) <= LEAST_START * alike:
                 return 0.0
             if alike > 1:

@@ -195,9 +195,11 @@ def start_phase(pixels: Pixels) -> float:
 def other_periods(pixels: Pixels) -> int:
     """Return by how many periods the images differ, seen by how the orders' distance grows over the field."""
     off, place = off_orders(pixels, pixels.fringes.start)
-    alike = [[np.abs(np.exp(2j * np.pi * (row - slope * place)).mean()) for slope in _SLOPES] for row in off]
-    worst = max(alike, key=lambda row: max(row) - row[len(row) // 2])
-    return int(_SLOPES[int(np.argmax(worst))]) if max(worst) - worst[len(worst) // 2] > 0.1 else 0
+    slopes = np.exp(-2j * np.pi * _SLOPES[:, None] * place)
+    alike = np.abs(np.einsum("sm,km->sk", np.exp(2j * np.pi * off), slopes)) / len(place)
+    usual = alike[:, len(_SLOPES) // 2]
+    worst = int(np.argmax(alike.max(axis=1) - usual))
+    return int(_SLOPES[int(np.argmax(alike[worst]))]) if alike[worst].max() - usual[worst] > 0.1 else 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +240,9 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
         turn = mended.first / np.maximum(np.abs(mended.first), 1e-12)
         each = turn[:, None, :] * np.exp(2j * np.pi * fringes.turns)[None, :, None]
         size = np.abs(mended.first)[:, None, :] * weight
-        waves = np.array([(size * (each**n).real).reshape(images, -1) for n in (2, 3, 4)])
+        squared = each * each
+        harmonics = squared, squared * each, squared * squared
+        waves = np.array([(size * harmonic.real).reshape(images, -1) for harmonic in harmonics])
         seen = np.einsum("kl,nlm->nkm", blind, waves)
         normal = np.zeros((images + len(waves), images + len(waves)))
         normal[:images, :images] = blind * np.einsum("km,lm->kl", fitted, fitted)

@@ -14,14 +14,15 @@ from debulk.forking import Guard
 from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, noise_of
-from debulk.scanner.faults import refuse_faults
-from debulk.scanner.inputs import InputError, checked_periods, checked_stack, checked_steps, whole
+from debulk.scanner.faults import ClearPixels, clear_pixels
+from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running
 from debulk.workers import Workers
 
 F32 = NDArray[np.float32]
 Progress = Callable[[str, float], None]
+_AT_ONCE = 4  # steps on threads of their own: both cameras are decoded and judged
 
 
 class ScanCancelled(RuntimeError):
@@ -191,7 +192,7 @@ class Scanner:
         report = progress or (lambda stage, done: None)
         with self._busy.held(), self._running.holding(stop):
             try:
-                with Workers(1 if self.threads == 1 else 2, stop) as pool:
+                with Workers(1 if self.threads == 1 else _AT_ONCE, stop) as pool:
                     return self._scan(left_images, right_images, out, report, stop, pool, planes)
             except _core.Stopped:
                 if stop.cancelled:
@@ -226,17 +227,23 @@ class Scanner:
                     f"{stack.name}: expected images of shape {shape}, the calibration's, but got {stack.shape}"
                 )
 
-        # Each camera has half of the threads, so that what one does on a single thread leaves no core idle. The right
-        # images are judged beside the triangulation.
+        # Each camera has half of the threads, so that what one does on a single thread leaves no core idle. The images
+        # are judged beside the decoding, which needs only the start phase before.
         half = ((self.threads or _core.default_threads()) + 1) // 2
-        noises = [pool.submit(noise_of, stack, self.steps, self.sensor_noise, half, stop) for stack in stacks]
         fringes = self.periods, self.steps
-        start = pool.submit(refuse_faults, stacks[0], *fringes, noises[0].result(), self.start).result()
+
+        def looked_at(stack: Stack) -> tuple[tuple[float, float], ClearPixels]:
+            noise = noise_of(stack, self.steps, self.sensor_noise, half, stop)
+            return noise, clear_pixels(stack, *fringes, noise)
+
+        looks = [pool.submit(looked_at, stack) for stack in stacks]
+        clear = looks[0].result()[1]
+        start = pool.submit(clear.start).result() if self.start is None else self.start
         decoding = []
-        for maps, stack, noise, kept in zip(self._maps, stacks, noises, planes, strict=True):
-            given = maps, stack, *fringes, noise.result(), start, self.blur_px, half, stop
+        for maps, stack, look, kept in zip(self._maps, stacks, looks, planes, strict=True):
+            given = maps, stack, *fringes, look.result()[0], start, self.blur_px, half, stop
             decoding.append(pool.submit(decode_into, *given, planes=kept))
-        judged = pool.submit(refuse_faults, stacks[1], *fringes, noises[1].result(), start)
+        judged = [pool.submit(look.result()[1].refuse_faults, start) for look in looks]
         report("decoding left", 0.1)
         left = decoding[0].result()
         report("decoding right", 0.4)
@@ -246,7 +253,8 @@ class Scanner:
         triangulating = pool.submit(
             triangulate_into, points, uncertainty, left, right, self.calibration, self.threads, stop
         )
-        judged.result()
+        for one in judged:
+            one.result()
         self.left, self.right = left, right
         scan = triangulating.result()
         report("triangulating", 1.0)
