@@ -156,7 +156,8 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     parts = seen.values[: ny * step, : nx * step].astype(np.float64).reshape(ny, step, nx, step)
     known = np.isfinite(parts)
     count = known.sum(axis=(1, 3))
-    total = np.where(known, parts, 0.0).sum(axis=(1, 3))
+    np.copyto(parts, 0.0, where=~known)
+    total = parts.sum(axis=(1, 3))
     known = 2 * count >= step**2
     mean = np.where(known, total / np.maximum(count, 1), np.nan)
     level = float(np.median(mean[known])) if known.any() else 0.0

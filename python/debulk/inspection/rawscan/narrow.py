@@ -195,14 +195,17 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], Floats, float]:
         ((mm - first) / datum.spacing_mm).astype(np.float32)
         for mm, first in zip((seen.x_mm, seen.y_mm), datum.origin_mm, strict=True)
     )
-    columns, rows = np.meshgrid(column, row)
-    between = cv2.remap(coarse, columns, rows, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    ground = np.asarray(between, dtype=np.float32)
-    ground[~np.isfinite(seen.values)] = np.nan
-    if setup.outline is not None:
-        inside = np.zeros(ground.shape, np.uint8)
-        cv2.fillPoly(inside, [seen.cells(setup.outline).astype(np.int32)], 1)
-        ground[inside == 0] = np.nan
+    ny, nx = seen.values.shape  # of which the ply may be a small part
+    every = [[0, 0], [nx - 1, 0], [nx - 1, ny - 1], [0, ny - 1]]
+    outline = np.array(every if setup.outline is None else seen.cells(setup.outline), dtype=np.int32)
+    low, high = np.clip([outline.min(axis=0), outline.max(axis=0) + 1], 0, (nx, ny)).astype(np.int32)
+    rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
+    at = np.meshgrid(column[columns], row[rows])
+    between = cv2.remap(coarse, at[0], at[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    inside = np.zeros(between.shape, np.uint8)
+    cv2.fillPoly(inside, [outline - low], 1)
+    ground = np.full((ny, nx), np.nan, np.float32)
+    np.copyto(ground[rows, columns], between, where=(inside > 0) & np.isfinite(seen.values[rows, columns]))
     return ground, np.asarray(seen.origin_mm, dtype=np.float64), float(seen.spacing_mm)
 
 
