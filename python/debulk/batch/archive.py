@@ -31,9 +31,11 @@ class Layup(BaseModel):
     """`outline`, `mask`, `pose`: as for `debulk inspect`; a pose of "identity" says that the clouds are in the mold's
     frame."""
     angles_deg: tuple[float, float] = (0.0, 90.0)
+    measured_angles: Path | None = None
     camera: tuple[float, float, float] | None = None
     unit: Literal["mm", "m"] = "mm"
-    """`angles_deg`, `camera`, `unit`: fibre directions, degrees from mold +x; f, cx, cy in pixels; "mm" or "m"."""
+    """`angles_deg`, `measured_angles`, `camera`, `unit`: fibre directions, degrees from mold +x; what a sensor saw of
+    them; f, cx, cy in pixels; "mm" or "m"."""
     context: dict[str, Any]
     """What is kept with the report. Without ``part`` the folder's name within the archive is the part."""
 

@@ -37,7 +37,10 @@ def inspected(layup: Layup, recipe: dict[str, Any], build: str) -> tuple[bytes, 
             layup.camera,
             None if mask is None else files.load_mask(mask),
         )
-        report = inspector.inspect(files.load_cloud(of("scan"), layup.unit), context=layup.context)
+        measured = of("measured_angles")
+        angles = None if measured is None else files.load_angles(measured, layup.unit)
+        scan = files.load_cloud(of("scan"), layup.unit)
+        report = inspector.inspect(scan, context=layup.context, fibre_angles_deg=angles)
     except (InputError, OSError) as error:
         return b"", str(error)
     return codec.dumps(report, FORMAT).encode("utf-8", "backslashreplace"), ""

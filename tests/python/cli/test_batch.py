@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 
 import debulk
 from debulk.batch import layups, run
+from debulk.batch.worker import inspected
+from debulk.build import build_id
 from debulk.cli import app
 from debulk.history import History
 
@@ -89,6 +91,17 @@ def test_a_layup_that_cannot_be_read_is_named_and_the_others_are_inspected(archi
     assert done.exit_code == 1, done.output
     assert "no report: bad" in done.stdout and "none.npy" in done.stdout
     assert [row.part for row in History(tmp_path / "h.sqlite").find()] == ["good"]
+
+
+def test_what_a_sensor_saw_of_a_ply_is_inspected_with_it(archive, tmp_path):
+    seen = [f"{x},{y},5,95" for x in range(-800, 801, 80) for y in range(-800, 801, 80)]
+    (archive / "angles.csv").write_text("\n".join(seen))
+    (tmp_path / "layup.toml").write_text('scan = "s"\nreference = "r"')
+    (layup,) = layups(tmp_path)
+    files = {"scan": "ply0/scan.npy", "reference": "reference.npy", "pose": "pose.txt", "measured_angles": "angles.csv"}
+    turned = layup.model_copy(update={name: archive / file for name, file in files.items()})
+    text, wrong = inspected(turned, debulk.Recipe().model_dump(), build_id())
+    assert not wrong and "5.0 degrees counter-clockwise from nominal" in text.decode()
 
 
 @pytest.mark.parametrize(
