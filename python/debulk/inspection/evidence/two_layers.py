@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Floats
+from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.setup import Setup
 
@@ -21,11 +22,8 @@ from debulk.inspection.ply.setup import Setup
 class Limits:
     """Of two layers in a list of points; `tests/python/inspection/test_thicknesses.py` mixes scans."""
 
-    every_mm: float = 40.0  # from one window to the next
-    side_pitches: float = 7.0  # of a window
-    least_side_mm: float = 5.0
+    side_pitches: float = 7.0  # of a window: about 49 points
     least_points: int = 16  # of a window
-    most_points: int = 60  # of a window that are looked at
     least_windows: int = 5  # that show two layers
     least_share: float = 0.2  # of the windows looked at that show two layers
     apart_sigmas: float = 4.5  # distance of two halves over the deviation in each: 2.65 for noise, 3.46 if even
@@ -35,27 +33,25 @@ class Limits:
 
 
 LIMITS = Limits()
+_EVERY_MM = SIDES_MM[0]  # from one window to the next
 
 
 def layers_apart_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> float:
     """Return how far apart, mm, two layers lie in a list of points (N, 3), by the median over windows; 0: one layer."""
     if scan.ndim != 2 or not np.isfinite(pitch_mm):
         return 0.0
-    side = max(LIMITS.least_side_mm, LIMITS.side_pitches * pitch_mm)
+    side = LIMITS.side_pitches * pitch_mm
     pose = setup.pose
     at = [scan @ pose[k, :3].astype(np.float32) + np.float32(pose[k, 3]) for k in (0, 1)]
     with np.errstate(invalid="ignore"):
-        near = np.all([np.mod(v, np.float32(LIMITS.every_mm)) < side for v in at], axis=0) & np.isfinite(scan).all(
-            axis=1
-        )
+        near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & np.isfinite(scan).all(axis=1)
     sample = sample_of(scan[near], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
     known = np.isfinite(sample.height_mm)
     xy, height = sample.points_mm[known, :2], sample.height_mm[known]
-    _, window = np.unique(np.floor(xy / LIMITS.every_mm).astype(np.int64), axis=0, return_inverse=True)
+    _, window = np.unique(np.floor(xy / _EVERY_MM).astype(np.int64), axis=0, return_inverse=True)
     order = np.argsort(window.ravel(), kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(window.ravel()))[:-1]) if len(order) else []
-    looked = [part[:: max(1, len(part) // LIMITS.most_points)] for part in parts if len(part) >= LIMITS.least_points]
-    apart = np.array([_apart_mm(xy[part], height[part]) for part in looked])
+    apart = np.array([_apart_mm(xy[part], height[part]) for part in parts if len(part) >= LIMITS.least_points])
     two = apart[apart > LIMITS.apart_thicknesses * setup.recipe.material.thickness_mm]
     return float(np.median(two)) if len(two) >= max(LIMITS.least_windows, LIMITS.least_share * len(apart)) else 0.0
 
