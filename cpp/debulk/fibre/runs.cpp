@@ -16,12 +16,12 @@ Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlur
   Measured out;
   const double fine = span.fine - noise.fine_per_mm() * span.length, coarse = span.coarse - noise.coarse_per_mm() * span.length;
   // White noise of the heights, correlated over the finer mean's width, moves the length by its product with the
-  // curvature; its own slopes add the scatter that flat ply shows.
-  const double width = std::sqrt(12 * blurs.fine);
-  out.variance = noise.variance_per_mm(options.step) * span.length + noise.gap_variance() * width * span.bend;
+  // curvature, and the low end by more, as it changes with `fine`; the noise's own slopes add the scatter that the low end
+  // has on flat ply. What makes up for the filters makes all of it up, too.
+  const double width = std::sqrt(12 * blurs.fine), more = blurs.coarse / (blurs.coarse - blurs.fine);
+  out.variance = noise.variance_per_mm(options.step) * span.length + more * more * noise.gap_variance() * width * span.bend;
   out.excess = before_filters(fine, coarse, blurs.fine, blurs.coarse, blurs.least);
-  // What makes up for the filters makes the noise up, too: the change of the low end with `fine` alone.
-  if (fine > 0) out.variance *= std::pow(out.excess.mid / fine * blurs.coarse / (blurs.coarse - blurs.fine), 2);
+  if (fine > 0) out.variance *= std::pow(out.excess.mid / fine, 2);
   return out;
 }
 

@@ -169,13 +169,15 @@ void LineReader::read_noise() {
   }
   FlatNoise& noise = out_.noise;
   const std::size_t wide = static_cast<std::size_t>(wide_steps(*scales_, line_->step));
+  const double lost = scales_->fine_blur_mm2() / (scales_->coarse_blur_mm2() - scales_->fine_blur_mm2());
   for (std::size_t k = 0; k + kBlock < marks_.size(); k += kBlock) {
     if (!std::all_of(&marks_[k], &marks_[k] + kBlock + 1, [](std::uint8_t mark) { return (mark & kFlat) != 0; })) continue;
     double fine = 0, coarse = 0;
     for (std::size_t n = k; n < k + kBlock; ++n) fine += by_fine_[n], coarse += by_coarse_[n];
     if (std::isnan(coarse)) continue;
     noise.length += kBlock * line_->step, noise.fine += fine, noise.coarse += coarse;
-    noise.blocks += 1, noise.block_sum += fine, noise.block_square += fine * fine;
+    const double before = fine + lost * (fine - coarse);  // as the low end takes it from both, see filter_loss.hpp
+    noise.blocks += 1, noise.block_sum += before, noise.block_square += before * before;
     for (std::size_t n = k + wide; n + wide <= k + kBlock; ++n) {
       const double second = at_.fine[n - wide] - 2 * at_.fine[n] + at_.fine[n + wide];
       noise.triples += 1, noise.second_square += second * second;

@@ -33,14 +33,14 @@ struct UnknownStretch {
 struct FlatNoise {
   double length = 0.0;              // mm of flat ply that were read
   double fine = 0.0, coarse = 0.0;  // mm, false excess in all
-  double blocks = 0.0;              // number of blocks of kBlock steps, and the sums of their false excess and its square
+  double blocks = 0.0;              // number of blocks of kBlock steps, and the sums of their false low end and its square
   double block_sum = 0.0, block_square = 0.0;
   double triples = 0.0, second_square = 0.0;  // sums of squared second differences of the gap over the finer mean's width
 
   void add(const FlatNoise& other);
   double fine_per_mm() const { return length > 0 ? fine / length : 0.0; }
   double coarse_per_mm() const { return length > 0 ? coarse / length : 0.0; }
-  // mm2 per mm of line: variance of the false excess.
+  // mm2 per mm of line: variance of the false low end.
   double variance_per_mm(double step) const;
   // mm2: variance of the gap.
   double gap_variance() const { return triples > 0 ? second_square / (6 * triples) : 0.0; }
