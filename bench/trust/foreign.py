@@ -1,0 +1,350 @@
+"""Layups of a stranger, who read README.md and docs alone: parts, scanners and exports that no other family has.
+
+A part is a mold and a lift of the ply's lower side above it; its truth is the arc of straight fibres over the ply less
+that over the mold. A chain makes scan, reference and what an inspector is given. No class may let a ply pass that
+creases; a class is right if a ply that ceases has to be judged by it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+import debulk
+
+W, H, BORDER_MM, T_MM, LIMIT_MM = 280.0, 220.0, 45.0, 0.3, 0.6  # of the ply, and of the mold round it
+FLAT_MM = (2 - np.pi / 2) * T_MM  # ridge by the formula without an excess
+VERDICTS = ("CEASE", "CREASE", "UNDECIDED", "INVALID", "refused", "crashed")
+
+
+def bump(x, y, high, cx, cy, a, b, turn, kind):
+    """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, or a flat top."""
+    c, s = np.cos(turn), np.sin(turn)
+    r2 = np.minimum(((c * (x - cx) + s * (y - cy)) / a) ** 2 + ((c * (y - cy) - s * (x - cx)) / b) ** 2, 1.0)
+    return high * {"bell": np.cos(np.pi / 2 * np.sqrt(r2)) ** 2, "cap": 1 - r2, "top": (1 - r2**2) ** 2}[kind]
+
+
+@dataclass
+class Part:
+    """A mold and a ply W by H on it, whose lower side stands off it by `lift`."""
+
+    mold: Callable
+    bumps: list = field(default_factory=list)
+    rest: Callable = lambda x, y: 0 * x
+    window: tuple[float, float, float] = (0.0, 0.0, 0.0)  # centre and radius of a hole cut into the ply
+    angles: tuple[float, float] = (0.0, 90.0)
+    bridged: bool = False  # so short over a hollow that a bridge above the limit stays
+    factor: float = 1.0
+    outline = np.array([(0.0, 0.0), (W, 0.0), (W, H), (0.0, H)])
+
+    def covers(self, x, y):
+        cx, cy, r = self.window
+        return (x >= 0) & (x <= W) & (y >= 0) & (y <= H) & (np.hypot(x - cx, y - cy) >= r)
+
+    def lift(self, x, y):
+        return self.factor * sum((bump(x, y, *b) for b in self.bumps), 0 * x) + self.rest(x, y)
+
+    def ply(self, x, y):
+        """The ply's upper side, a thickness off the lower one along its normal; the mold where no ply is."""
+        low = lambda u, v: self.mold(u, v) + self.lift(u, v)  # noqa: E731
+        gx, gy = (low(x + 0.05, y) - low(x - 0.05, y)) / 0.1, (low(x, y + 0.05) - low(x, y - 0.05)) / 0.1
+        return np.where(self.covers(x, y), low(x, y) + T_MM * np.sqrt(1 + gx**2 + gy**2), self.mold(x, y))
+
+    def ridges(self):
+        """What one fold of held fibres has at least, and what any fibre could have at most, as ridges in mm."""
+        least, most, step = 0.0, 0.0, 0.25
+        along = np.arange(-190.0, 190.0, step)
+        for angle in np.radians(self.angles):
+            c, s = np.cos(angle), np.sin(angle)
+            for v in np.arange(-180.0, 180.0, 1.5):
+                x, y = W / 2 + c * along - s * v, H / 2 + s * along + c * v
+                on, g, m = self.covers(x, y), self.lift(x, y), self.mold(x, y)
+                e = np.where(on[1:] & on[:-1], np.hypot(step, np.diff(m + g)) - np.hypot(step, np.diff(m)), 0.0)
+                ends = np.flatnonzero(np.diff(np.concatenate([[0], on, [0]])))
+                for first, last in zip(ends[::2], ends[1::2], strict=True):
+                    off = np.flatnonzero(g[first:last] > 0.02) + first
+                    for joined_mm in (15.0, 35.0) if len(off) else ():  # flat ply that one fold surely, or maybe, draws
+                        for run in np.split(off, np.flatnonzero(np.diff(off) * step > joined_mm) + 1):
+                            ridge = e[max(run[0] - 4, first) : run[-1] + 4].sum() / 2 + FLAT_MM
+                            most = max(most, ridge)
+                            if joined_mm == 15.0 and min(run[0] - first, last - 1 - run[-1]) * step >= 25.0:
+                                least = max(least, ridge)
+        return least, most
+
+
+# Parts
+
+
+def some(rng, a=(9, 32), n=None):
+    """Bumps that keep off the ply's edge."""
+    for _ in range(n or rng.integers(1, 4)):
+        half = rng.uniform(*a)
+        at = rng.uniform(50 + half, W - 50 - half), rng.uniform(50 + half, H - 50 - half)
+        kind = str(rng.choice(["bell", "cap", "top"]))
+        yield half / 10, *at, half, half * rng.uniform(1, 2), rng.uniform(0, np.pi), kind
+
+
+def any_mold(rng):
+    r = rng.uniform(350, 1500)
+    return [
+        lambda x, y: 0 * x,
+        lambda x, y: np.sqrt(r**2 - (x - 140) ** 2) - r,
+        lambda x, y: np.sqrt(r**2 - (x - 140) ** 2 - (y - 110) ** 2) - r,
+        lambda x, y: (x - 140) * (y - 110) / r,
+        lambda x, y: 12 * np.sin(x / 80) + 8 * np.cos(y / 70),
+    ][rng.integers(5)]
+
+
+def plain(rng, **given):
+    return Part(**({"mold": any_mold(rng), "bumps": list(some(rng))} | given))
+
+
+def small(rng):
+    return plain(rng, bumps=list(some(rng, (7, 11), 1)))
+
+
+def bridge(rng):
+    """A female corner that the ply rounds more widely than it is, and friction over both flanks holds the ply."""
+    narrow, wide, k = rng.uniform(8, 14), rng.uniform(26, 34), np.tan(np.radians(rng.uniform(22, 32)))
+    vee = lambda x, b: k * np.maximum(np.abs(x - 140), 0.5 * np.minimum((x - 140) ** 2 / b + b, 2 * b))  # noqa: E731
+    rest = lambda x, y: np.maximum(vee(x, wide) - vee(x, narrow), 0)  # noqa: E731
+    return Part(mold=lambda x, y: vee(x, narrow) + 0 * y, rest=rest, bridged=True)
+
+
+def chamfer(rng):
+    """A core below: a rounded ramp of 15 to 32 degrees."""
+    k, rise, r = np.tan(np.radians(rng.uniform(15, 32))), rng.uniform(6, 20), rng.uniform(6, 20)
+    soft = lambda u: (u + np.sqrt(u**2 + r**2)) / 2  # noqa: E731
+    return plain(rng, mold=lambda x, y: k * (soft(x - 110) - soft(x - 110 - rise / k)) + 0 * y)
+
+
+def drop_off(rng):
+    """The edge of one to three plies below, down which this ply makes a ramp."""
+    at, high, wide, low = rng.uniform(80, 220), 0.25 * rng.integers(1, 4), rng.uniform(2, 5), any_mold(rng)
+    step = lambda x, y, long: low(x, y) + high * np.clip(1 + (x + 0.2 * y - at - 20) / long, 0, 1)  # noqa: E731
+    rest = lambda x, y: np.maximum(step(x, y, wide * high) - step(x, y, 0.2), 0)  # noqa: E731
+    return plain(rng, mold=lambda x, y: step(x, y, 0.2), rest=rest)
+
+
+def fabric(rng):
+    low, a, p, q = any_mold(rng), rng.uniform(0.01, 0.05), *rng.uniform(2.5, 6, 2)
+    weave = lambda x, y, p: a * np.sin(2 * np.pi * x / p) * np.sin(2 * np.pi * y / p)  # noqa: E731
+    return plain(rng, mold=lambda x, y: low(x, y) + weave(x, y, p), rest=lambda x, y: np.maximum(weave(x, y, q), 0))
+
+
+def washboard(rng):
+    pitch, wide = rng.uniform(9, 22), rng.uniform(50, 110)
+    each = [(1.0, 100 + i * pitch, 110.0, pitch / 2, 45.0, 0.0, "bell") for i in range(int(wide // pitch) + 1)]
+    return plain(rng, bumps=each)
+
+
+def overlaps(rng):
+    """Tapes that overlap by 1.5 to 4 mm."""
+    wide, lap = rng.uniform(30, 70), rng.uniform(1.5, 4)
+    return plain(rng, rest=lambda x, y: T_MM * np.clip(lap / 2 + 1 - np.abs((y + wide / 2) % wide - wide / 2), 0, 1))
+
+
+# Chains
+
+
+def shot(rng, part, which, dx=0.9, dy=0.9, noise=0.02, line=0.0, jitter=0.0):
+    """(H, W, 3) points of a scanner that looks straight down; `line`: noise that a line of points shares."""
+    x, y = np.meshgrid(np.arange(-BORDER_MM, W + BORDER_MM, dx), np.arange(-BORDER_MM, H + BORDER_MM, dy))
+    x, y = x + jitter * dx * rng.uniform(-0.5, 0.5, x.shape), y + jitter * dy * rng.uniform(-0.5, 0.5, x.shape)
+    z = getattr(part, which)(x, y) + rng.normal(0, noise, x.shape) + line * rng.normal(0, 1, (len(x), 1))
+    return np.stack([x, y, z], axis=-1)
+
+
+def scans(rng, part, change=None, both=True, image=None, **how):
+    """Scan and reference as images or as lists of points, the scan or both of them changed."""
+    scan, reference = (shot(rng, part, which, **how) for which in ("ply", "mold"))
+    if change:
+        scan, reference = change(rng, scan), change(rng, reference) if both else reference
+    if image if image is not None else rng.random() < 0.5:
+        return scan, reference, {"mold_from_scanner": np.eye(4)}
+    return scan.reshape(-1, 3), reference.reshape(-1, 3), {}
+
+
+def raised(cloud, by):
+    return np.concatenate([cloud[..., :2], cloud[..., 2:] + np.asarray(by)[..., None]], axis=-1)
+
+
+def blurred(z, cells):
+    k = np.exp(-0.5 * (np.arange(-20, 21) / cells) ** 2)
+    for axis in (0, 1):
+        ones = np.apply_along_axis(np.convolve, axis, np.ones_like(z), k, mode="same")
+        z = np.apply_along_axis(np.convolve, axis, z, k, mode="same") / ones
+    return z
+
+
+def smoothed(rng, cloud, thin=1):
+    n, z = int(rng.integers(1, thin + 1)), blurred(cloud[..., 2], rng.uniform(1.5, 4.5) / 0.9)
+    return np.dstack([cloud[..., :2], z])[::n, ::n]
+
+
+def rounded(rng, cloud):
+    step = rng.choice([0.1, 0.25, 0.5])
+    return np.dstack([cloud[..., :2], np.round(cloud[..., 2] / step) * step])
+
+
+def clipped(rng, cloud):
+    """The depth range ends below the tops: they get its last value, or are not seen."""
+    z = cloud[..., 2]
+    return np.dstack([cloud[..., :2], np.where(z > z.max() - 2.0, rng.choice([z.max() - 2.0, np.nan]), z)])
+
+
+def steep_lost(rng, cloud):
+    gy, gx = np.gradient(blurred(cloud[..., 2], 1.5), 0.9)
+    return np.where((np.hypot(gx, gy) > rng.uniform(0.15, 0.4))[..., None], np.nan, cloud)
+
+
+def marked(rng, cloud):
+    """A number in place of what was not seen."""
+    x, y = rng.uniform(0, W), rng.uniform(0, H)
+    hole = np.hypot(cloud[..., 0] - x, cloud[..., 1] - y) < rng.uniform(2, 6)
+    return np.where(hole[..., None], rng.choice([0.0, -9999.0, 1e10, np.nan]), cloud)
+
+
+def voxels(rng, cloud):
+    p = cloud.reshape(-1, 3)
+    cell = np.unique(np.floor(p / rng.uniform(1.5, 3.5)).astype(int), axis=0, return_inverse=True)[1].ravel()
+    return np.column_stack([np.bincount(cell, p[:, k]) / np.bincount(cell) for k in range(3)])
+
+
+def bagged(rng, cloud):
+    """A bag lies on what is high and spans what is between: a closing by a square."""
+    z, reach = cloud[..., 2], int(rng.uniform(5, 25))
+    for choose in (np.maximum, np.minimum):
+        for axis in (0, 1):
+            z = choose.reduce([np.roll(z, s, axis) for s in range(-reach, reach + 1)])
+    return np.dstack([cloud[..., :2], z + rng.choice([0, 0.03, 0.06]) + rng.normal(0, 0.02, z.shape)])
+
+
+def filmed(rng, cloud):
+    strip = np.abs(cloud[..., 0] - rng.uniform(20, 200)) < rng.uniform(8, 40)
+    return raised(cloud, np.where(strip, rng.uniform(0.05, 0.12), 0.0))
+
+
+def seam(rng, cloud):
+    return raised(
+        cloud, np.where(cloud[..., 0] > rng.uniform(60, 220), rng.choice([-1, 1]) * rng.uniform(0.05, 0.2), 0)
+    )
+
+
+def two_scanners(rng, cloud):
+    """Two scanners that overlap, one of them out of place by some tenths of a millimetre."""
+    p, x = cloud.reshape(-1, 3), cloud[..., 0].ravel()
+    return np.concatenate([p[x < 175], p[x > 105] + rng.uniform(-0.3, 0.3, 3) + rng.normal(0, 0.01, (sum(x > 105), 3))])
+
+
+def as_built(rng, part):
+    """The reference is the drawing, and the mold was built some hundredths or tenths off."""
+    scan, reference, how = scans(rng, part)
+    wave = np.sin(scan[..., 0] * 2 * np.pi / rng.uniform(100, 400)) * np.cos(scan[..., 1] / rng.uniform(20, 60))
+    return raised(scan, rng.choice([0.02, 0.05, 0.1, 0.3]) * wave), reference, how
+
+
+def moved(rng, part):
+    """All lies in the frame of a robot, whose z points up or down to the mold, up to a kilometre away."""
+    scan, reference, _ = scans(rng, part, image=True)
+    away, pose = rng.choice([-1, 1], 3) * rng.choice([300.0, 1e4, 1e6]) * [1, 0.7, 0.01], np.eye(4)
+    away[2] = rng.choice([-300.0, 300.0])
+    pose[:3, 3] = -away
+    return scan + away, reference + away, {"mold_from_scanner": pose}
+
+
+CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether the class is right
+    "plain": (plain, scans, True),
+    "small bumps": (small, scans, True),
+    "small bumps, 2 mm": (small, partial(scans, dx=2.0, dy=2.0, jitter=0.3), True),
+    "fibres turned": (lambda rng: plain(rng, angles=(30.0, 75.0)), scans, True),
+    "bridge in a corner": (bridge, scans, True),
+    "core chamfer": (chamfer, scans, True),
+    "drop-offs": (drop_off, scans, True),
+    "fabric": (fabric, scans, True),
+    "washboard": (washboard, scans, True),
+    "overlaps": (overlaps, scans, False),
+    "hole in the ply": (lambda rng: plain(rng, window=(190, 120, rng.uniform(8, 25))), scans, False),
+    "lines 2 mm apart": (plain, partial(scans, dx=0.2, dy=2.0, line=0.02), True),
+    "lines 3 to 9 mm apart": (plain, lambda rng, part: scans(rng, part, dx=0.2, dy=rng.uniform(3, 9)), False),
+    "rolling stripes": (plain, partial(scans, dx=0.4, dy=1.8, line=0.06), False),
+    "smoothed, thinned": (small, partial(scans, change=partial(smoothed, thin=3)), False),
+    "smoothed, no noise": (small, partial(scans, change=smoothed, noise=0.002), False),
+    "rounded": (plain, partial(scans, change=rounded), False),
+    "clipped": (plain, partial(scans, change=clipped, both=False), False),
+    "flanks lost": (plain, partial(scans, change=steep_lost, both=False), False),
+    "marks": (plain, partial(scans, change=marked, both=False), False),
+    "voxel mean": (plain, partial(scans, change=voxels, image=False), False),
+    "bag on": (plain, partial(scans, change=bagged, both=False), False),
+    "film left on": (plain, partial(scans, change=filmed, both=False), False),
+    "seam": (plain, partial(scans, change=seam, both=False), False),
+    "two scanners": (plain, partial(scans, change=two_scanners, image=False), False),
+    "reference drawn": (plain, as_built, False),
+    "robot's frame": (plain, moved, True),
+}
+
+
+def inspected(rng, part, chain) -> tuple[str, str]:
+    """The verdict, or that the input was refused, and the reason with all warnings."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            scan, reference, how = chain(rng, part)
+            inspector = debulk.Inspector(None, reference, part.outline, part.angles, **how)
+            report = inspector.inspect(scan)
+            verdict, reason = report.verdict.name, report.reason
+        except debulk.InputError as error:
+            verdict, reason = "refused", str(error)
+        except Exception as error:
+            verdict, reason = "crashed", repr(error)
+    return verdict, " | ".join([reason, *(f"{w.category.__name__}: {w.message}" for w in said)])
+
+
+def scene(name: str, seed: int) -> tuple[str, str, str]:
+    """Truth, verdict and a line of one scene."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    make, chain, right = CLASSES[name]
+    part, creases = make(rng), rng.random() < (0.6 if right else 0.9)
+    share = rng.uniform(1.25, 2.0) if creases else rng.uniform(0.25, 0.75)
+    for _ in range(5 if part.bumps else 0):
+        now = part.ridges()[int(not creases)]
+        part.factor *= np.sqrt(share * (LIMIT_MM - FLAT_MM) / max(now - FLAT_MM, 0.01))
+    least, most = part.ridges()
+    truth = "creases" if part.bridged or least > 1.1 * LIMIT_MM else "ceases" if most < 0.85 * LIMIT_MM else "near"
+    verdict, reason = inspected(rng, part, chain)
+    return truth, verdict, f"{name} {seed}: {truth}, {least:.2f} to {most:.2f} mm: {verdict}: {reason}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=4, help="of each class")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="part of the names of the classes")
+    asked = parser.parse_args()
+    counts: Counter[tuple[str, str, str]] = Counter()
+    for name in (name for name in CLASSES if asked.only in name):
+        for k in range(asked.scenes):
+            truth, verdict, line = scene(name, 1000 * asked.seed + k)
+            counts[name, truth, verdict] += 1
+            odd = truth == "ceases" and CLASSES[name][2] and verdict not in ("CEASE", "UNDECIDED")
+            if odd or verdict == "crashed" or (truth, verdict) == ("creases", "CEASE"):
+                print(line, flush=True)
+    print(f"\ndebulk {debulk.__version__}, seed {asked.seed}, {counts.total()} scenes")
+    false = sum(n for (_, truth, verdict), n in counts.items() if (truth, verdict) == ("creases", "CEASE"))
+    creasing = sum(n for (_, truth, _), n in counts.items() if truth == "creases")
+    print(f"false CEASE: {false} of {creasing} that crease; {time.process_time():.0f} s of processor time\n")
+    print(f"{'class':24}{'truth':9}" + "".join(f"{v:>10}" for v in VERDICTS))
+    for name, truth in dict.fromkeys((name, truth) for name, truth, _ in counts):
+        row = "".join(f"{counts[name, truth, v] or '-':>10}" for v in VERDICTS)
+        print(f"{name:24}{truth:9}{row}{'' if CLASSES[name][2] else '   spoiled'}")
+
+
+if __name__ == "__main__":
+    main()
