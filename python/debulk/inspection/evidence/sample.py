@@ -18,7 +18,6 @@ from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
 
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
-HIGHEST_MM = 25.0  # air lifts no ply so high above the reference: a clamp or a tool
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
 from debulk.inspection.evidence.outline import Outline
-from debulk.inspection.evidence.sample import HIGHEST_MM
+from debulk.inspection.ply.humps import HIGHEST_MM
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict

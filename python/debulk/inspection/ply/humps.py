@@ -39,6 +39,7 @@ _SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quad
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
 _MOST = 30  # places that are tried at each radius
+HIGHEST_MM = 25.0  # air lifts no ply so high above what is below: a clamp or a tool, or the mold
 _FOOT = 0.05  # of its height: where a hump begins
 _EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
 _WAYS = tuple(way for right, down in _EIGHT for way in ((right, down), (-down, right)))
@@ -308,7 +309,7 @@ def _hump(
                 turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
     below, hump, off = turned(turn)
     height = float(np.nan_to_num(hump[reach, reach]))
-    if height < _LEAST_MM or off > _SMOOTH * height:
+    if not _LEAST_MM <= height < HIGHEST_MM or off > _SMOOTH * height:
         return None
     lifted = np.where(far <= 1.1, np.where(hump > _FOOT * height, hump, hump * 0), 0.0)
     excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.sample import HIGHEST_MM
+from debulk.inspection.ply.humps import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.stopping import heed
 from debulk.results.finding import Finding
