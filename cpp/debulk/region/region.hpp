@@ -14,7 +14,7 @@ struct RegionOptions {
   SegmentOptions segment;
   FootOptions feet;
   std::optional<double> flag_mm;      // an elevation of this height gets a region; without a value, half the cut height
-  double largest_share = 0.8;         // share of the image in regions above which processing the whole scan is cheaper
+  double largest_share = 0.5;         // share of the image in regions above which processing the whole scan is cheaper
   int row_step = 0, column_step = 0;  // of the coarse mesh, pixels, for studies; 0: the widest that the area tolerance allows
 
   void check() const;

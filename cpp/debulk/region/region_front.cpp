@@ -193,7 +193,8 @@ bool RegionFront::process(const CloudView& scan, const std::uint8_t* masked, con
       if (!work->done) work->exact.push_back(window);
     }
   }
-  if (image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
+  const bool first = jobs.size() == works_.size();  // later rounds only add to what was paid for already
+  if (first && image_share_ > options_.largest_share) return refuse("what stands up covers most of the scan");
 
   Clock laps;
   std::atomic<bool> fits{true};
