@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +17,26 @@ from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
 from debulk.inspection.find.regions import RegionFinder
 from debulk.inspection.reference.prepared import Prepared
+from debulk.recipe import options
 
 Floats = NDArray[np.float64]
 
 
 def without_regions(recipe: debulk.Recipe) -> debulk.Recipe:
     return recipe.model_copy(update={"segmentation": {"regions": False}})
+
+
+@pytest.fixture
+def of_any_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small images are processed by regions, too, though these are most of the image."""
+    made = options.regions
+
+    def regions(*given: Any) -> Any:
+        wanted = made(*given)
+        wanted.largest_share = 0.8
+        return wanted
+
+    monkeypatch.setattr(options, "regions", regions)
 
 
 def pockets(found: Found) -> list[debulk.pocket.Pocket]:
@@ -413,6 +428,7 @@ def test_the_same_bits_on_any_number_of_threads(level: Bench) -> None:
             assert np.array_equal(a, b, equal_nan=True)
 
 
+@pytest.mark.usefixtures("of_any_share")
 def test_windows_grow_until_they_hold_what_a_sparse_mesh_saw_in_part() -> None:
     layup = debulk.scenes.layup(seed=1, pixels=(1280, 960))
     inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
@@ -427,6 +443,15 @@ def test_windows_grow_until_they_hold_what_a_sparse_mesh_saw_in_part() -> None:
         RegionFinder(inspector.setup, mesh=(0, 64))
 
 
+def test_a_scan_of_which_regions_are_more_than_half_is_read_whole() -> None:
+    layup = debulk.scenes.layup(seed=3, pixels=(1280, 960))
+    inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    found = inspector.find(layup.scan)
+    assert found.regions is None
+    assert [one.why for one in found.left_out] == ["what stands up covers most of the scan"]
+
+
+@pytest.mark.usefixtures("of_any_share")
 def test_flying_pixels_do_not_make_windows_grow_into_each_other() -> None:
     layup = debulk.scenes.layup(seed=3, pixels=(1280, 960))
     inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
@@ -435,6 +460,7 @@ def test_flying_pixels_do_not_make_windows_grow_into_each_other() -> None:
     assert found.regions.windows == 4  # they grew into 2 where pairs of flying pixels counted as what stands up
 
 
+@pytest.mark.usefixtures("of_any_share")
 @pytest.mark.parametrize("seed", [0, 3])
 def test_virtual_layups(seed: int) -> None:
     layup = debulk.scenes.layup(seed=seed, pixels=(1280, 960))
