@@ -28,7 +28,7 @@ class Quick:
         self.report = Report(verdict=Verdict.CEASE, reason="no pocket", pockets=())
         self.cancelled = 0
 
-    def inspect(self, scan, deadline_s=None, context=None):
+    def inspect(self, scan, deadline_s=None, context=None, *, fibre_angles_deg=None):
         self.seen.append((len(scan), deadline_s, context))
         self.gate.wait(30)
         return self.report

@@ -27,7 +27,7 @@ class FakeInspector:
     def __init__(self, recipe, reference, **options):
         FakeInspector.seen = {"recipe": recipe, "reference": reference, **options}
 
-    def inspect(self, scan, deadline_s=None, progress=None, context=None):
+    def inspect(self, scan, deadline_s=None, progress=None, context=None, *, fibre_angles_deg=None):
         FakeInspector.seen |= {"scan": scan, "deadline_s": deadline_s, "context": context}
         progress("segment", 0.5)
         if isinstance(self.answer, BaseException):

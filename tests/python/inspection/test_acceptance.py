@@ -57,7 +57,7 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert p.solve is not None
         assert p.solve.certified, (p.id, p.solve.doubt)
         assert p.solve.kkt_error <= 1e-4
-        assert p.solve.length_error <= 1e-4
+        assert p.solve.length_error <= (1e-3 if p.solve.compliant else 1e-4)
         assert p.solve.penetration_mm <= 1e-3
         assert 90 <= p.node_count <= 300  # more than the target where the outline would hold too few of them
         assert np.all(np.abs(_lengths(p.net.nodes_mm, p.net.edges) / p.spacing_mm - 1) < 1e-9)

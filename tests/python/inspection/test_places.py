@@ -146,7 +146,7 @@ def test_both_modes_bound_a_bump_alike():
     ]
     most_mm = [[excess.upper_mm(place.excess) for place in found] for found in both]
     assert len(most_mm[0]) == 1
-    assert most_mm[0] == pytest.approx(most_mm[1], abs=1e-3)
+    assert most_mm[0] == pytest.approx(most_mm[1], rel=1e-3)
 
 
 def test_places_that_a_deadline_cuts_off_leave_the_layup_undecided(monkeypatch):

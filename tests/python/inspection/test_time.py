@@ -47,7 +47,7 @@ def shuffled(scan):
 
 SPOILED = {
     "cut": (cut, "of the ply was seen, .* cut off"),
-    "shuffled": (shuffled, "of the ply was seen, .* apart; are its rows and columns those of the camera's image"),
+    "shuffled": (shuffled, "too coarse: .* apart, .* with its rows and columns in order"),
     "centimetres": (lambda scan: 0.1 * scan, "unit|centimetres"),
     "centimetres, no image": (lambda scan: 0.1 * scan.reshape(-1, 3), "unit|centimetres"),
 }

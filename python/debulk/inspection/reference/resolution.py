@@ -59,5 +59,5 @@ def coarse_reason(pitch_mm: float, count: int, recipe: Recipe) -> str:
     )
     return (
         f"expected points at most {most:.2g} mm apart, {LIMITS.across:g} across a pocket of {wanted / 100:g} cm² "
-        f"(segmentation.area_tol_mm2), but got {came}; give the full cloud"
+        f"(segmentation.area_tol_mm2), but got {came}; give the full cloud, an image with its rows and columns in order"
     )
