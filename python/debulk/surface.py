@@ -320,7 +320,8 @@ def without_spikes(grid: GridT, tolerance_mm: float = 0.5, *, threads: int = 0) 
     grid
         A `HeightMap` or `Grid` with (ny, nx) values.
     tolerance_mm
-        A cell farther than this from the median of itself and the eight cells two away is set to that median.
+        A cell farther than this from the median of itself and the eight cells two away is set to that median. Where
+        cells are wider than 1 mm, the tolerance is wider by what these eight cells differ by: there a bump is as steep.
 
     Examples
     --------

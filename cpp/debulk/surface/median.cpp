@@ -32,8 +32,22 @@ float window_median(const Grid<float>& grid, int i, int j, int reach, int step) 
   return (last - window.begin()) % 2 == 0 ? (*middle + *std::max_element(window.begin(), middle)) / 2 : *middle;
 }
 
-// Replaces values farther than the tolerance from their medians by these.
-void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<float>& out, int threads, const Stop& stop) {
+// By how much the eight values `step` apart differ, without the highest and the lowest; 0 if half of them are unknown.
+float relief(const Grid<float>& grid, int i, int j, int step) {
+  std::array<float, 8> round{};
+  auto last = round.begin();
+  for (int y = j - step; y <= j + step; y += step)
+    for (int x = i - step; x <= i + step; x += step)
+      if ((x != i || y != j) && grid.contains(x, y) && !std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
+  if (last - round.begin() <= 4) return 0;
+  std::sort(round.begin(), last);
+  return *(last - 2) - round[1];
+}
+
+// Replaces values farther than the tolerance from their medians by these. The tolerance is wider by a share of the
+// relief round the value.
+void filter(const Grid<float>& grid, int reach, int step, float tolerance, float of_relief, Grid<float>& out, int threads,
+            const Stop& stop) {
   out.nx = grid.nx, out.ny = grid.ny, out.origin = grid.origin, out.spacing = grid.spacing;
   out.values.resize(grid.size());
   const Isa isa = best_isa();
@@ -49,6 +63,10 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<
         done = DEBULK_ON(isa,
                          run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance, &out.at(0, j)));
       for (int i = done; i < grid.nx; ++i) slow(i);
+      for (int i = 0; of_relief > 0 && i < grid.nx; ++i) {
+        const float value = grid.at(i, j), off = std::abs(value - out.at(i, j));
+        if (off > 0 && off <= tolerance + of_relief * relief(grid, i, j, step)) out.at(i, j) = value;
+      }
     }
   });
 }
@@ -57,7 +75,7 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, Grid<
 
 void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop) {
   require(size == 3 || size == 5, "size", "3 or 5", size);
-  filter(grid, size / 2, 1, 0, out, threads, stop);
+  filter(grid, size / 2, 1, 0, 0, out, threads, stop);
 }
 
 Grid<float> median(const Grid<float>& grid, int size, int threads) {
@@ -68,7 +86,8 @@ Grid<float> median(const Grid<float>& grid, int size, int threads) {
 
 void without_spikes(const Grid<float>& grid, double tolerance, Grid<float>& out, int threads, const Stop& stop) {
   require(std::isfinite(tolerance) && tolerance > 0, "tolerance_mm", "a positive height in mm", tolerance);
-  filter(grid, 1, 2, static_cast<float>(tolerance), out, threads, stop);
+  const double of_relief = std::clamp(grid.spacing - 1, 0.0, 1.0);  // over 4 mm a bump may fall as much as a spike stands out
+  filter(grid, 1, 2, static_cast<float>(tolerance), static_cast<float>(of_relief), out, threads, stop);
 }
 
 }  // namespace debulk

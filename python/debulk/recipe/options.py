@@ -51,9 +51,8 @@ def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOption
     options.outliers = outliers(recipe)
     options.spacing_mm = spacing_mm
     options.hole_diameter_mm = recipe.clean.max_hole_mm
-    # A bump's top stands out of what lies two cells away, by the square of that distance: on a coarse grid it must not
-    # count as a spike.
-    options.spike_mm = recipe.clean.spike_mm * max(1.0, spacing_mm / _SPIKE_SPACING_MM) ** 2
+    # The ply rises more from cell to cell of a coarse grid: that must not count as a spike.
+    options.spike_mm = recipe.clean.spike_mm * max(1.0, spacing_mm / _SPIKE_SPACING_MM)
     options.median_cells = recipe.clean.median_cells
     return options
 

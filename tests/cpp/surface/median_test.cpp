@@ -67,5 +67,19 @@ TEST(WithoutSpikes, ComparesEachValueWithTheNineTwoApart) {
   EXPECT_THROW(without_spikes(Grid<float>(5, 5, {0, 0}, 1.0), 0, out, 1), InputError);
 }
 
+TEST(WithoutSpikes, KeepsNarrowBumpsOfWideCellsAndTakesFlyingPixels) {
+  const double high = 3.6, radius = 9;
+  Grid<float> grid(61, 31, {0, 0}, 2.0, 0.0f), out;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const double u = std::min(1.0, std::hypot(2.0 * (i - 15), 2.0 * (j - 15)) / radius);
+      grid.at(i, j) = static_cast<float>(high * (1 - u * u) * (1 - u * u));
+    }
+  const Grid<float> bump = grid;
+  grid.at(45, 15) = grid.at(46, 15) = 1.9f;
+  without_spikes(grid, 1.0, out, 2);
+  EXPECT_EQ(out.values, bump.values);
+}
+
 }  // namespace
 }  // namespace debulk
