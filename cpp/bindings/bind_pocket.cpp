@@ -8,6 +8,7 @@
 #include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/patch.hpp"
+#include "debulk/pocket/pocket_finder.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/unseen.hpp"
 #include "debulk/surface/front_end.hpp"
@@ -219,8 +220,25 @@ void bind_pocket(py::module_ m) {
       .def_readonly("mold_tol", &FootMap::mold_tol_mm)
       .def_readonly("hill", &FootMap::hill_mm);
 
-  m.def("find_feet", &find_feet, py::arg("segmentation"), py::arg("options"), py::arg("threads"), py::arg("stop"),
+  m.def("find_feet", py::overload_cast<const Segmentation&, const FootOptions&, int, const Stop&>(&find_feet), py::arg("segmentation"), py::arg("options"), py::arg("threads"), py::arg("stop"),
         py::call_guard<py::gil_scoped_release>());
+
+  py::class_<PocketFinder>(m, "PocketFinder")
+      .def(py::init<>())
+      // The pockets of the front end's last scan, and their feet. Their memory is reused by the first run that begins
+      // when nobody holds them any more.
+      .def(
+          "run",
+          [](PocketFinder& finder, const FrontEnd& front, SegmentOptions pockets, const FootOptions& feet, int threads, const Stop& stop) {
+            pockets.blur_mm2 = front.blur_mm2();
+            std::shared_ptr<FoundPockets> found;  // Python's views are read-only
+            {
+              const py::gil_scoped_release release;
+              found = std::const_pointer_cast<FoundPockets>(finder.run(front.map(), pockets, feet, threads, stop));
+            }
+            return py::make_tuple(std::shared_ptr<Segmentation>(found, &found->segmentation), std::shared_ptr<FootMap>(found, &found->feet));
+          },
+          py::arg("front"), py::arg("pockets"), py::arg("feet"), py::arg("threads"), py::arg("stop"));
 
   py::class_<Patch>(m, "Patch")
       .def_property_readonly("outline", [](const Patch& p) { return to_array<2>(p.outline); })

@@ -98,14 +98,19 @@ def checked(points: ArrayLike, name: str = "points", *, check_unit: bool = True)
     return cloud
 
 
+def extent_mm(parts: Sequence[tuple[int, list[float], list[float]]]) -> float:
+    """Return the longest side of the box round the parts of a cloud with these bounds; NaN if no point is finite."""
+    boxes = np.array([(low, high) for seen, low, high in parts if seen])
+    return float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max()) if len(boxes) else np.nan
+
+
 def check_bounds(
     parts: Sequence[tuple[int, list[float], list[float]]], count: int, name: str, *, check_unit: bool = True
 ) -> None:
     """Refuse a cloud of `count` points by the bounds of its parts, in the same way as `checked`."""
-    boxes = np.array([(low, high) for seen, low, high in parts if seen])
-    if not len(boxes):
+    extent = extent_mm(parts)
+    if np.isnan(extent):
         raise InputError(f"{name}: expected at least one point with three finite coordinates, but got none of {count}")
-    extent = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
     if check_unit and extent < SMALLEST_EXTENT_MM:
         raise InputError(
             f"{name}: expected coordinates in mm, but got a cloud {extent:.4g} across; "

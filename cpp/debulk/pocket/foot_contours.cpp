@@ -241,9 +241,15 @@ void fill_within(Grid<std::int32_t>& labels, const std::vector<Run>& feet) {
 }  // namespace
 
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads, const Stop& stop) {
+  FootMap out;
+  find_feet(segmentation, options, out, threads, stop);
+  return out;
+}
+
+void find_feet(const Segmentation& segmentation, const FootOptions& options, FootMap& out, int threads, const Stop& stop) {
   options.check();
   check(stop);
-  FootMap out;
+  out.feet.clear();
   out.options = options;
   const double noise = options.noise_mm ? *options.noise_mm : height_noise(segmentation.heights);
   out.noise_mm = std::isnan(noise) ? 0 : noise;
@@ -252,7 +258,7 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
   const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
-  out.heights = smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, threads, stop);
+  smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, out.heights, threads, stop);
   out.labels = segmentation.labels;
   const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
   float least = static_cast<float>(hill);  // the least float that is not below it
@@ -284,7 +290,6 @@ FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, 
     foot.parted = outline.at_neighbour;
     out.feet.push_back(std::move(foot));
   }
-  return out;
 }
 
 }  // namespace debulk

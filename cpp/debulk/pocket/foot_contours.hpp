@@ -48,5 +48,7 @@ struct FootMap {
 // a fibre over the saddle between two pockets is held on neither side of the saddle, and its excess length can gather
 // in one ridge. Throws InputError and Stopped.
 FootMap find_feet(const Segmentation& segmentation, const FootOptions& options, int threads = 0, const Stop& stop = Stop());
+// The same; `out` is overwritten, and the memory of its grids reused.
+void find_feet(const Segmentation& segmentation, const FootOptions& options, FootMap& out, int threads, const Stop& stop);
 
 }  // namespace debulk

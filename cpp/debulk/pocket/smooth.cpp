@@ -296,10 +296,17 @@ void SmoothOptions::check() const {
 
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options, const Grid<std::uint8_t>* where,
                            int threads, const Stop& stop) {
+  Grid<float> out;
+  smooth_heights(heights, ply, options, where, out, threads, stop);
+  return out;
+}
+
+void smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options, const Grid<std::uint8_t>* where,
+                    Grid<float>& out, int threads, const Stop& stop) {
   options.check();
   const int half = static_cast<int>(std::lround(options.window_mm / (2 * heights.spacing)));
-  auto out = heights;
-  if (half < 1) return out;
+  out = heights;
+  if (half < 1) return;
   const WindowFit fit(half, options.blur_mm2 / std::pow(half * heights.spacing, 2));
   parallel_for(heights.ny, kRowsPerChunk, threads, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
@@ -336,7 +343,6 @@ Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const
       }
     }
   });
-  return out;
 }
 
 }  // namespace debulk

@@ -21,5 +21,8 @@ struct SmoothOptions {
 // those that are known. Where `where`, if given, is 0, a height is left as it is. Throws InputError and Stopped.
 Grid<float> smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options,
                            const Grid<std::uint8_t>* where = nullptr, int threads = 0, const Stop& stop = Stop());
+// The same; `out` is overwritten, and its memory reused.
+void smooth_heights(const Grid<float>& heights, const PlyMask& ply, const SmoothOptions& options, const Grid<std::uint8_t>* where,
+                    Grid<float>& out, int threads, const Stop& stop);
 
 }  // namespace debulk

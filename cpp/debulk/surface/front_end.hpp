@@ -46,6 +46,7 @@ class FrontEnd {
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
   // Results of the last run.
+  const HeightMap& map() const { return map_; }
   Overview overview() const;  // on the same points whatever the box
   bool fast() const { return fast_; }
   // How much gridding blurred the heights, as a variance along x and along y: a top of curvature -c along both is

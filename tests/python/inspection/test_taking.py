@@ -86,7 +86,8 @@ def test_a_mask_is_taken_out_by_pieces_and_a_stop_heeded_between_them():
     np.testing.assert_array_equal(cleaning.masked(plain, mask, "scan", _core.Stop()), without)
     np.testing.assert_array_equal(plain, given)
     assert np.shares_memory(cleaning.masked(plain, None, "scan", _core.Stop()), plain)
-    for looks in (0, 5, 13, 20):  # while it is checked, and while it is copied
+    cleaning.masked(plain, None, "scan", Patience(1))  # the first piece shows that it is neither empty nor in metres
+    for looks in (0, 1, 5, 12):  # before it is checked, and while it is copied
         with pytest.raises(_core.Stopped):
             cleaning.masked(plain, mask, "scan", Patience(looks))
     hidden = plain.copy()

@@ -79,8 +79,12 @@ def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _
 
 
 def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
-    """Refuse what `cloud.checked` refuses, but heed the stop."""
-    parts = [_core.cloud.bounds(piece, 0) for piece in pieces(points, name, stop)]
+    """Refuse what `cloud.checked` refuses, but heed the stop, and read no further than to a first piece that passes."""
+    parts = []
+    for piece in pieces(points, name, stop):
+        parts.append(_core.cloud.bounds(piece, 0))
+        if cloud.extent_mm(parts) >= cloud.SMALLEST_EXTENT_MM:
+            return
     cloud.check_bounds(parts, points.size // 3, name)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, arrays
+from debulk import _core, arrays, pocket
 from debulk.cloud import as_cloud
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
@@ -42,6 +42,7 @@ class FrontEnd:
     ) -> None:
         box = arrays.numbers(_EVERYTHING_MM if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
         self._shape: tuple[int, ...] = ()  # shape of the last scan's image
+        self._threads, self._finder = threads, _core.pocket.PocketFinder()
         self._core: Any = _core.surface.FrontEnd(
             reference,
             (0, 0) if image is None else image.shape,  # the core reads it only if there is a camera
@@ -64,6 +65,14 @@ class FrontEnd:
     def unseen(self, options: _core.pocket.UnseenOptions) -> _core.pocket.Unseen:
         """Return what the last scan did not show of the ply, or of the reference if there is no outline."""
         return _core.pocket.find_unseen(self._core, options)
+
+    def pockets(
+        self, wanted: _core.pocket.SegmentOptions, feet: _core.pocket.FootOptions, stop: _core.Stop
+    ) -> tuple[pocket.Segmentation, pocket.Feet]:
+        """Return what `debulk.pocket` finds in the last height map, in memory that is reused once nobody holds it."""
+        segmentation, its_feet = self._finder.run(self._core, wanted, feet, self._threads, stop)
+        found = pocket.from_core(segmentation)
+        return found, pocket.feet_from_core(found, its_feet, feet)
 
     @property
     def fast(self) -> bool:

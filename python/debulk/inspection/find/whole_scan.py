@@ -7,7 +7,7 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, pocket
+from debulk import _core, cloud
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import masked
@@ -59,12 +59,11 @@ class WholeScanFinder:
                 times_ms=times_ms,
                 doubt=self._why_so_little(points, stop),
             )
-        wanted, threads = options.segment(self._recipe, self._setup.outline), self._recipe.run.threads
-        segmentation = pocket.segment_with(wanted, heights, threads, stop)
-        feet = pocket.feet_with(options.feet(self._recipe), segmentation, threads, stop)
+        wanted = options.segment(self._recipe, self._setup.outline)
+        part = front.pockets(wanted, options.feet(self._recipe), stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(
-            parts=((segmentation, feet),),
+            parts=(part,),
             unseen=unseen,
             overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
             times_ms=times_ms,
