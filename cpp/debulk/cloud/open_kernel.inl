@@ -64,7 +64,8 @@ struct Finder {
   }
 
   DEBULK_INLINE Window window(double reach) const {
-    const int r = static_cast<int>(std::min(1e6, reach));  // NaN, if the scan changes meanwhile: the whole image
+    // Below 0 or NaN only if the scan changes meanwhile. Then it does not matter how much is searched.
+    const int r = static_cast<int>(std::max(0.0, std::min(1e6, reach)));
     return {std::max(0, column - r), std::min(t.pass->cloud.width - 1, column + r), std::max(0, row - r),
             std::min(t.pass->cloud.height - 1, row + r)};
   }

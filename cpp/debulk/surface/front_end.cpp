@@ -51,7 +51,6 @@ CloudView FrontEnd::copied(const CloudView& scan, const Stop& stop) {
 
 const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   Clock clock;
-  const CloudView scan = copied(given, stop);
   Grid<float>& other = map_.before_median;  // until the median, this is a buffer for the filters
   // If there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
@@ -59,14 +58,14 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
     other.values.reserve(map_.heights.size());
     image_.swap_heights(other.values);
   }
-  fast_ = gridding_ && scan.width == view_.width && scan.height == view_.height &&
-          image_.run(scan, view_.camera, options_.outliers, &base_, threads_, stop);
+  fast_ = gridding_ && given.width == view_.width && given.height == view_.height &&
+          image_.run(given, view_.camera, options_.outliers, &base_, threads_, stop);
   if (fast_) {
     outliers_ = image_.summary();
     times_.clean = clock.lap();
     gridding_->run(image_, map_.heights, image_.isa, threads_, stop);
     times_.grid = clock.lap();
-  } else if (scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
+  } else if (const CloudView scan = copied(given, stop); scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
     // The pixels are in another order than the camera's, or far too few. Neighbouring pixels then show nothing of what
     // lies between them, and the triangles between them would be as large as the map.
     outliers_ = {};

@@ -41,8 +41,8 @@ class FrontEnd {
 
   // The height map stays valid until the next call. Throws Stopped within some milliseconds when the stop is raised
   // (within some tenths of a second before the search of a cloud that is not a pinhole camera's has begun or ended).
-  // The scan is copied first, so that a scanner that writes the next one into the same memory meanwhile may cause
-  // wrong heights, but no wrong indices.
+  // A scanner that writes the next scan into the same memory meanwhile may cause wrong heights, but no wrong indices: the
+  // fast way computes none from points that it reads twice, and the general way copies the scan first.
   const HeightMap& run(const CloudView& scan, const Stop& stop = Stop());
 
   // Results of the last run.

@@ -43,7 +43,7 @@ class Scribbler {
  private:
   void write(std::vector<float>& scan, const std::vector<float>& original) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
-    const std::vector<float> values{NAN, infinity, -infinity, 1e30f, -1e30f, 0.0f, 3e38f, 500.0f};
+    const std::vector<float> values{NAN, infinity, -infinity, 1e30f, -1e30f, 0.0f, 3e38f, 500.0f, -500.0f};
     std::mt19937 random(5);
     for (std::size_t k = 0; !end_; ++k) {
       const std::size_t begin = random() % scan.size(), end = std::min(scan.size(), begin + random() % (scan.size() / 4));
