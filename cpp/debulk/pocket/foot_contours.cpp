@@ -125,21 +125,36 @@ void all_labelled(const std::int32_t* __restrict above, const std::int32_t* __re
   for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((above[i] != 0) & (row[i] != 0) & (below[i] != 0));
 }
 
+// Runs of labelled points, whatever their labels, row by row.
+std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels) {
+  std::vector<Run> runs;
+  for (int j = 0; j < labels.ny; ++j) {
+    const std::int32_t *row = &labels.at(0, j), *end = row + labels.nx;
+    for (const std::int32_t* at = row;;) {
+      at = std::find_if(at, end, [](std::int32_t label) { return label != 0; });
+      if (at == end) break;
+      const std::int32_t* begin = at;
+      at = std::find(at, end, 0);
+      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
+    }
+  }
+  return runs;
+}
+
 // Labelled points with known heights that have a neighbour without a label, row by row. A flood begins at them.
 std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& heights) {
   const int nx = labels.nx, ny = labels.ny;
   std::vector<Front> rim;
-  // Entry i: whether column i - 1 is labelled in a row and in the rows above and below it. Beyond the grid everything
-  // counts as labelled.
+  // Entry i, beside a run: whether column i - 1 is labelled in the run's row and in the rows above and below it. Beyond
+  // the grid everything counts as labelled.
   std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1);
-  for (int j = 0; j < ny; ++j) {
-    const std::int32_t *row = &labels.at(0, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
-    const std::int32_t* first = std::find_if(row, row + nx, [](std::int32_t label) { return label != 0; });
-    if (first == row + nx) continue;
-    all_labelled(above, row, below, nx, column.data() + 1);
-    for (int i = static_cast<int>(first - row); i < nx; ++i) {
+  for (const Run& run : labelled_runs(labels)) {
+    const int j = run.row, begin = std::max(run.begin - 1, 0), end = std::min(run.end + 1, nx);
+    const std::int32_t *row = &labels.at(begin, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
+    all_labelled(above, row, below, end - begin, column.data() + 1 + begin);
+    for (int i = run.begin; i < run.end; ++i) {
       const std::uint8_t* c = &column[static_cast<std::size_t>(i)];
-      if ((c[0] & c[1] & c[2]) != 0 || row[i] == 0) continue;
+      if ((c[0] & c[1] & c[2]) != 0) continue;
       if (const float h = heights.at(i, j); !std::isnan(h)) rim.push_back({h, i, j});
     }
   }
@@ -173,22 +188,6 @@ void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, doub
       fronts.push({std::min(front.level, h), i + kDi[k], j + kDj[k]});
     }
   }
-}
-
-// Runs of labelled points, whatever their labels, row by row.
-std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels) {
-  std::vector<Run> runs;
-  for (int j = 0; j < labels.ny; ++j) {
-    const std::int32_t *row = &labels.at(0, j), *end = row + labels.nx;
-    for (const std::int32_t* at = row;;) {
-      at = std::find_if(at, end, [](std::int32_t label) { return label != 0; });
-      if (at == end) break;
-      const std::int32_t* begin = at;
-      at = std::find(at, end, 0);
-      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
-    }
-  }
-  return runs;
 }
 
 // Where feet meet, the ply does not come down to the mold between them. They become one foot, labelled by the smallest
