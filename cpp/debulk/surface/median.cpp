@@ -40,8 +40,10 @@ float relief(const Grid<float>& grid, int i, int j, int step) {
     for (int x = i - step; x <= i + step; x += step)
       if ((x != i || y != j) && grid.contains(x, y) && !std::isnan(grid.at(x, y))) *last++ = grid.at(x, y);
   if (last - round.begin() <= 4) return 0;
-  std::sort(round.begin(), last);
-  return *(last - 2) - round[1];
+  std::nth_element(round.begin(), round.begin() + 1, last);
+  const float low = round[1];
+  std::nth_element(round.begin(), last - 2, last);
+  return *(last - 2) - low;
 }
 
 // Replaces values farther than the tolerance from their medians by these. The tolerance is wider by a share of the
