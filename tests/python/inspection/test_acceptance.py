@@ -57,11 +57,12 @@ def test_the_fourteen_pockets_and_no_decoy(pixels, seed):
         assert p.solve is not None
         assert p.solve.certified, (p.id, p.solve.doubt)
         assert p.solve.kkt_error <= 1e-4
-        assert p.solve.length_error <= (1e-3 if p.solve.compliant else 1e-4)
+        longer = 1e-3 if p.solve.compliant else 1e-4  # a small steep bump needs fibres that give way
+        assert p.solve.length_error <= longer
         assert p.solve.penetration_mm <= 1e-3
         assert 90 <= p.node_count <= 300  # more than the target where the outline would hold too few of them
         assert np.all(np.abs(_lengths(p.net.nodes_mm, p.net.edges) / p.spacing_mm - 1) < 1e-9)
-        assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < 1e-4)
+        assert np.all(np.abs(_lengths(p.debulked_mm, p.net.edges) / p.spacing_mm - 1) < longer)
     assert report.coverage > 0.99
     assert Verdict.worst(p.verdict for p in own) is Verdict.CREASE  # a bump with many drop-outs may be INVALID
     closing = [p.id for p in own if p.verdict.value == "cease"]
