@@ -66,6 +66,7 @@ struct Scene {
 
   Scene() {
     options.front.outliers = {4, 1.0, 2.0};
+    options.largest_share = 1;  // of so small an image
     options.front.spike = 0.5;
     options.feet.noise_mm = 0.05;
   }
