@@ -2,7 +2,7 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bytes, _Flags, _Floats, _Integers, _Made, _Options, _Singles
+from debulk._core import Stop, _Bound, _Bytes, _Flags, _Floats, _Integers, _Made, _Options, _Singles
 from debulk._core.surface import FrontEnd, Surface
 
 class SegmentOptions(_Options):
@@ -129,7 +129,7 @@ class Patch(_Made):
     @property
     def within(self) -> _Bytes: ...
 
-class PocketFinder:
+class PocketFinder(metaclass=_Bound):
     def __init__(self) -> None: ...
     def run(
         self, front: FrontEnd, pockets: SegmentOptions, feet: FootOptions, threads: int, stop: Stop
