@@ -220,8 +220,8 @@ void bind_pocket(py::module_ m) {
       .def_readonly("mold_tol", &FootMap::mold_tol_mm)
       .def_readonly("hill", &FootMap::hill_mm);
 
-  m.def("find_feet", py::overload_cast<const Segmentation&, const FootOptions&, int, const Stop&>(&find_feet), py::arg("segmentation"), py::arg("options"), py::arg("threads"), py::arg("stop"),
-        py::call_guard<py::gil_scoped_release>());
+  m.def("find_feet", py::overload_cast<const Segmentation&, const FootOptions&, int, const Stop&>(&find_feet), py::arg("segmentation"),
+        py::arg("options"), py::arg("threads"), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
 
   py::class_<PocketFinder>(m, "PocketFinder")
       .def(py::init<>())
@@ -236,7 +236,8 @@ void bind_pocket(py::module_ m) {
               const py::gil_scoped_release release;
               found = std::const_pointer_cast<FoundPockets>(finder.run(front.map(), pockets, feet, threads, stop));
             }
-            return py::make_tuple(std::shared_ptr<Segmentation>(found, &found->segmentation), std::shared_ptr<FootMap>(found, &found->feet));
+            return py::make_tuple(std::shared_ptr<Segmentation>(found, &found->segmentation),
+                                  std::shared_ptr<FootMap>(found, &found->feet));
           },
           py::arg("front"), py::arg("pockets"), py::arg("feet"), py::arg("threads"), py::arg("stop"));
 

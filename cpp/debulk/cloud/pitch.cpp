@@ -45,7 +45,7 @@ double filled_share(const CloudView& cloud, const CloudBounds& box, double side,
   constexpr int kWindow = 4;
   const Eigen::Vector2d size = (box.high - box.low).head<2>() / side;
   const std::size_t columns = static_cast<std::size_t>(size.x()) / kWindow + 1, rows = static_cast<std::size_t>(size.y()) / kWindow + 1;
-  if (columns < 3 || rows < 3) return 1;  // a narrow cloud: nothing is known
+  if (columns < 3 || rows < 3) return 1;                  // a narrow cloud: nothing is known
   std::vector<std::uint16_t> windows(columns * rows, 0);  // a bit for each of its squares
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (i % 65536 == 0 && stop.now()) throw Stopped("the pitch of a cloud was stopped");
@@ -73,7 +73,7 @@ double widest_pitch(const CloudView& cloud, double pitch, const Stop& stop) {
   if (!(pitch > 0) || !std::isfinite(pitch) || box.seen < 100) return pitch;
   const Eigen::Vector2d size = (box.high - box.low).head<2>() / pitch;
   if (size.prod() > 100.0 * static_cast<double>(box.seen)) return pitch;  // stray points far away; such clouds are refused
-  constexpr double kSide = 1.5, kRandom = 0.7, kNearlyAll = 0.9;  // random places fill 0.76 of squares of 1.2/sqrt(density)
+  constexpr double kSide = 1.5, kRandom = 0.7, kNearlyAll = 0.9;          // random places fill 0.76 of squares of 1.2/sqrt(density)
   double side = kSide * pitch;
   if (filled_share(cloud, box, side, stop) >= kRandom) return pitch;
   const double most = 0.1 * std::min(box.high.x() - box.low.x(), box.high.y() - box.low.y());

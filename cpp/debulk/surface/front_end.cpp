@@ -65,7 +65,8 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
     times_.clean = clock.lap();
     gridding_->run(image_, map_.heights, image_.isa, threads_, stop);
     times_.grid = clock.lap();
-  } else if (const CloudView scan = copied(given, stop); scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
+  } else if (const CloudView scan = copied(given, stop);
+             scan.organised() && median_pitch(scan, threads_, stop) > kFarPitches * options_.spacing) {
     // The pixels are in another order than the camera's, or far too few. Neighbouring pixels then show nothing of what
     // lies between them, and the triangles between them would be as large as the map.
     outliers_ = {};

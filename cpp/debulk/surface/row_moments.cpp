@@ -30,8 +30,8 @@ void RowMemory::hold(std::size_t count) {
   size = count;
 }
 
-RowMoments::RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window,
-                       const Grid<std::uint8_t>& wanted, RowMemory& memory, int threads, const Stop& stop)
+RowMoments::RowMoments(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, const Grid<std::uint8_t>& wanted,
+                       RowMemory& memory, int threads, const Stop& stop)
     : heights_(heights), nodes_(nodes), window_(window), wanted_(wanted), wide_((nodes.nx + kTogether - 1) / kTogether * kTogether) {
   const std::size_t size = static_cast<std::size_t>(heights.ny) * static_cast<std::size_t>(wide_);
   complete_.resize(size);

@@ -1,7 +1,7 @@
 #include "debulk/cloud/neighbours.hpp"
 
-#include <random>
 #include <gtest/gtest.h>
+#include <random>
 
 #include <algorithm>
 #include <cstring>
@@ -171,7 +171,8 @@ TEST(MedianPitch, IsThatOfTheLattice) {
 }
 
 TEST(WidestPitch, IsThatBetweenTheLinesOfALineScanner) {
-  const Cloud lines = make(900, 80, [](int i, int j, float* p) { p[0] = 0.2f * static_cast<float>(i), p[1] = 2.0f * static_cast<float>(j), p[2] = 0; });
+  const Cloud lines =
+      make(900, 80, [](int i, int j, float* p) { p[0] = 0.2f * static_cast<float>(i), p[1] = 2.0f * static_cast<float>(j), p[2] = 0; });
   EXPECT_NEAR(widest_pitch(lines.view(), 0.6), 2.0, 1e-5);
   EXPECT_NEAR(widest_pitch(lines.flat(), 0.6), 2.0, 0.4);
   EXPECT_NEAR(median_pitch(lines.flat()), 2.0, 0.4);
@@ -181,16 +182,16 @@ TEST(WidestPitch, IsNoneOfALatticeNorOfRandomPlaces) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> side(0, 100);
   const Cloud places = make(100, 100, [&](int, int, float* p) { p[0] = side(random), p[1] = side(random), p[2] = 0; });
-  const Cloud lattice = make(100, 100, [](int i, int j, float* p) { p[0] = static_cast<float>(i), p[1] = static_cast<float>(j), p[2] = 0; });
+  const Cloud lattice =
+      make(100, 100, [](int i, int j, float* p) { p[0] = static_cast<float>(i), p[1] = static_cast<float>(j), p[2] = 0; });
   EXPECT_NEAR(median_pitch(places.flat()), 0.8, 0.03);
   EXPECT_EQ(widest_pitch(lattice.flat(), 1.0), 1.0);
   EXPECT_EQ(widest_pitch(lattice.view(), 1.0), 1.0);
 }
 
 TEST(WidestPitch, SkipsRowsThatWereNotSeen) {
-  const Cloud rows = make(90, 90, [](int i, int j, float* p) {
-    p[0] = static_cast<float>(i), p[1] = static_cast<float>(j), p[2] = j % 3 == 0 ? 0 : nan;
-  });
+  const Cloud rows =
+      make(90, 90, [](int i, int j, float* p) { p[0] = static_cast<float>(i), p[1] = static_cast<float>(j), p[2] = j % 3 == 0 ? 0 : nan; });
   EXPECT_EQ(widest_pitch(rows.view(), 1.0), 3.0);
 }
 
