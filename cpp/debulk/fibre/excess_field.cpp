@@ -76,6 +76,12 @@ Box box_of(const Grid<float>& grid) {
 }  // namespace
 
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
+                           bool whole, const FibreOptions& options, const Stop& stop) {
+  std::vector<float> memory;
+  return measure_excess(lines, windows, ply, mold, whole, options, memory, stop);
+}
+
+ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
                            bool whole, const FibreOptions& options, std::vector<float>& memory, const Stop& stop) {
   options.check();
   std::vector<LineSpans> read(lines.size());

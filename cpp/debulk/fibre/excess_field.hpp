@@ -21,8 +21,11 @@ struct ExcessField {
 };
 
 // Reads the lines over the windows. `whole`: beyond the windows nothing is known; otherwise the ply lies flat there.
-// The same input gives the same bits on any number of threads. `memory` may be used again for the next scan: tens of MB,
-// whose pages cost as much as the sums in them when they are new. Throws InputError and Stopped.
+// The same input gives the same bits on any number of threads. Throws InputError and Stopped.
+ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
+                           bool whole, const FibreOptions& options, const Stop& stop = Stop());
+// The same in memory that is used again for the next scan: tens of MB, whose pages cost as much as the sums in them when
+// they are new.
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
                            bool whole, const FibreOptions& options, std::vector<float>& memory, const Stop& stop = Stop());
 

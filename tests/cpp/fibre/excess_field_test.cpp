@@ -73,8 +73,7 @@ FibreOptions sharp() {
 
 ExcessField field_of(const Grid<float>& heights, const Surface& mold, const FibreOptions& options, double degrees = 0) {
   const double angle = degrees * M_PI / 180;
-  std::vector<float> memory;
-  return measure_excess(straight_lines({angle, angle + M_PI / 2}, kPly, kBox, options), {&heights}, kPly, mold, true, options, memory);
+  return measure_excess(straight_lines({angle, angle + M_PI / 2}, kPly, kBox, options), {&heights}, kPly, mold, true, options);
 }
 
 // The run with the largest excess, of one family or of both.
