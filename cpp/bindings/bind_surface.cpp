@@ -149,7 +149,6 @@ void bind_front_end(py::module_ m) {
            })
       .def_property_readonly("fast", &FrontEnd::fast)
       .def_property_readonly("blur_mm2", [](const FrontEnd& f) { return f.blur_mm2(); })
-      .def_property_readonly("threshold", [](const FrontEnd& f) { return f.outliers().threshold; })
       .def_property_readonly("times", [](const FrontEnd& f) {
         return std::array<double, 5>{f.times().clean, f.times().grid, f.times().fill, f.times().spikes, f.times().median};
       });

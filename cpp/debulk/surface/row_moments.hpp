@@ -38,8 +38,7 @@ struct RowMemory {
 };
 
 // Sums over the rows of the heights, for the window of each node: of w x^a, a = 0 ... 4, of w x^a z, a = 0 ... 2, and of
-// w z². Heights, nodes, window and memory must outlive
-// them.
+// w z². Heights, nodes, window and memory must outlive them.
 class RowMoments {
  public:
   // Only what the wanted nodes need is summed up, kTogether nodes at once; all, if `wanted` is empty.
