@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from debulk._core import InputError
 from debulk.arguments import typed
@@ -14,14 +14,12 @@ from debulk.batch.archive import Layup
 from debulk.batch.worker import inspected
 from debulk.build import build_id
 from debulk.history.store import History
+from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
 from debulk.results.approval import recipe_hash
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 _RETRIES = 3  # of a layup whose worker was lost
 _AHEAD = 4  # layups for each worker that wait at the scheduler: it holds no more than it needs

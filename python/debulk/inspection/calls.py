@@ -11,11 +11,11 @@ from debulk.arguments import typed
 from debulk.comparison import Comparison
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply.fibre_angles import Angles
+from debulk.recipe import Recipe
 from debulk.report import Report
 
 if TYPE_CHECKING:
     from debulk.chain.record import Chain
-    from debulk.recipe import Recipe
 
 
 @typed

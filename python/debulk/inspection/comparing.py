@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,16 +17,12 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.ply.setup import Setup
+from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
 from debulk.results.report import FORMAT
-from debulk.results.trace import ArrayTrace
+from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
-    from debulk.results.trace import Trace
-
 
 _PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value

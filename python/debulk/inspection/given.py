@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk.grid import Grid
 from debulk.inspection.reference.prepared import Prepared
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,6 +49,7 @@ from debulk.inspection.running.effort import check_solves
 from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.settling import unsettled
 from debulk.inspection.tracing import Tracing, checked_context, now_utc
+from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.approval import approvals
 from debulk.stopping import Running
@@ -56,7 +57,6 @@ from debulk.stopping import Running
 if TYPE_CHECKING:
     from debulk.chain.record import Chain
     from debulk.history import History
-    from debulk.recipe import Recipe
 
 __all__ = ["Cancelled", "Inspector", "Progress"]
 

@@ -14,12 +14,12 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.far_place import FarPlace
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
+from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.trace import ArrayTrace
 
 if TYPE_CHECKING:
     from debulk.chain.record import Chain
-    from debulk.recipe import Recipe
 
 # Entries that differ between two runs on the same data: times, and where and when they ran.
 _OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +13,8 @@ from debulk.history.store import History
 from debulk.history.tables import connected
 from debulk.learning.detection import Pod, pod
 from debulk.learning.likelihood import Outcomes, Posterior, Prior, posterior
+from debulk.recipe import Recipe
 from debulk.ridge import excess_of_ridge
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 _FOLDS = 5
 _LEAST = 10  # outcomes: with fewer the prior speaks

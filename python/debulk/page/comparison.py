@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from debulk.page.charts import Row, bar_chart
 from debulk.page.map import Area, ply_map
 from debulk.page.map_ridges import Ridge, ridge_path
@@ -11,11 +9,9 @@ from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
 from debulk.page.report import recipe_lists
 from debulk.page.trace import comparison_lists, identity_of, title_block
+from debulk.results.comparison import ComparisonData, PocketComparison
 from debulk.results.number import number
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.results.comparison import ComparisonData, PocketComparison
 
 
 def page(comparison: ComparisonData) -> str:

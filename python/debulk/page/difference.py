@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from debulk.page.drawable import check_drawable
 from debulk.page.map import PlyMap
@@ -10,10 +10,8 @@ from debulk.page.render import render
 from debulk.page.report import report_map
 from debulk.page.trace import identity
 from debulk.results.difference import changes, places
-
-if TYPE_CHECKING:
-    from debulk.results.report import ReportData
-    from debulk.results.trace import ArrayTrace
+from debulk.results.report import ReportData
+from debulk.results.trace import ArrayTrace
 
 _MAX_PNG_BYTES = 1_200_000  # limit for each map
 

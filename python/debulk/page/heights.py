@@ -5,16 +5,14 @@ from __future__ import annotations
 import base64
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.grid import Grid
 from debulk.page.scales import HeightScale
-
-if TYPE_CHECKING:
-    from debulk.grid import Grid
 
 _MAX_PIXELS = 1400  # width and height
 MAX_PNG_BYTES = 1_350_000

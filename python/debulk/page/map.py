@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.grid import Grid
 from debulk.page import map_frame, map_marks
 from debulk.page.heights import MAX_PNG_BYTES, picture
 from debulk.page.map_frame import Frame, Rose
@@ -18,11 +19,8 @@ from debulk.page.map_marks import Spot, Tick
 from debulk.page.map_ridges import Ridge
 from debulk.page.scales import nice
 from debulk.results.advice import advice
+from debulk.results.report import ReportData
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.grid import Grid
-    from debulk.results.report import ReportData
 
 _MAX_CORNERS = 400  # largest number in an outline as drawn
 _MAX_ALL_CORNERS = 25_000

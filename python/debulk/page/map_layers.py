@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
+from debulk.grid import Grid
 from debulk.page.heights import png
 from debulk.page.scales import colours, nice, ridge_colours
-
-if TYPE_CHECKING:
-    from debulk.grid import Grid
-    from debulk.results.report import ReportData
+from debulk.results.report import ReportData
 
 _TIMES_LIMIT = 2.0  # the last colour of ridges
 _LEAST_MM = 0.03  # excess from which it is drawn: less is noise

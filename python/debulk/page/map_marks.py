@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from debulk.results.advice import Deed, hole_line, wrinkle_line
-
-if TYPE_CHECKING:
-    from debulk.results.report import LeftOut, PocketReport, UnseenHole, Wrinkle
+from debulk.results.report import LeftOut, PocketReport, UnseenHole, Wrinkle
 
 _HATCHES = 7  # number of lines across a hole
 

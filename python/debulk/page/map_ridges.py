@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk.results.number import number
-
-if TYPE_CHECKING:
-    from debulk.results.report import PocketReport
+from debulk.results.report import PocketReport
 
 _MAX_CORNERS = 80  # largest number in the outline of a foot as drawn
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from debulk.grid import Grid
+from debulk.grid import Grid
 
 _MAX_CORNERS = 20_000  # largest number of corners of all ridges as drawn
 

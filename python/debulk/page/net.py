@@ -7,16 +7,14 @@ from the same coordinates when the reader turns it, and a test compares the two.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Floats
 from debulk.page.scales import colours, ridge_colours
-
-if TYPE_CHECKING:
-    from debulk.results.report import PocketNet, PocketReport
+from debulk.results.report import PocketNet, PocketReport
 
 WIDTH, HEIGHT = 420, 260
 COLOURS = 32

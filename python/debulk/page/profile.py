@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Floats
 from debulk.page.net import HEIGHT, WIDTH, initial_gap
 from debulk.page.scales import nice
-
-if TYPE_CHECKING:
-    from debulk.results.report import PocketNet, PocketReport
+from debulk.results.report import PocketNet, PocketReport
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 40.0, 10.0, 18.0, 34.0
 _EXAGGERATIONS = (0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 30, 50, 100)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from debulk.page import net as page_net
 from debulk.page import profile as page_profile
@@ -19,11 +19,9 @@ from debulk.results.check_texts import text_of
 from debulk.results.deciding import worst_first
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import half_seen_line
+from debulk.results.report import ReportData
 from debulk.results.rework import lines_of, rework
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.results.report import ReportData
 
 # With the picture of the heights, and 3 kB of text per pocket, the page stays below 5 MB.
 _MAX_STILL_BYTES = 1_450_000  # limit for all drawings

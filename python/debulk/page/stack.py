@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from debulk.page.drawable import check_drawable
 from debulk.page.map import PlyMap
@@ -11,13 +11,11 @@ from debulk.page.render import render
 from debulk.page.report import report_map
 from debulk.page.trace import context_text
 from debulk.results.advice import Deed, advice, deciding
+from debulk.results.comparison import ComparisonData
 from debulk.results.deciding import worst_first
 from debulk.results.number import number
+from debulk.results.report import PocketReport, ReportData
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.results.comparison import ComparisonData
-    from debulk.results.report import PocketReport, ReportData
 
 _MAX_PNG_BYTES = 2_400_000  # limit for all maps: with base64 and text, a page of some ten plies stays below 5 MB
 

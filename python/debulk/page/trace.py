@@ -5,13 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from debulk.results.chain import ChainReport
-    from debulk.results.comparison import ComparisonData
-    from debulk.results.report import ReportData
-    from debulk.results.trace import ArrayTrace, Trace
+from debulk.results.chain import ChainReport
+from debulk.results.comparison import ComparisonData
+from debulk.results.report import ReportData
+from debulk.results.trace import ArrayTrace, Trace
 
 _Entries = list[tuple[str, str]]
 

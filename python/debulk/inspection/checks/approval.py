@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 def findings(approved: Sequence[Approval] | None, recipe: Recipe) -> list[Finding]:

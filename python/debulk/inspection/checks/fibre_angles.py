@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -11,13 +10,11 @@ import numpy as np
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
 from debulk.inspection.ply import angle_field, excess
+from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.ply.fibre_runs import ScanRuns
 
 _TURN_BACK = "lay the ply anew, or give the nominal directions of this ply"
 _COVER = "give angles that cover the whole ply, or nominal ones (nominal_angles_deg) that fill the gaps"

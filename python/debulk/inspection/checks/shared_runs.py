@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from debulk.inspection.find.found import FoundPocket, runs_over
 from debulk.inspection.ply import excess
+from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.friction_length import friction_length
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.finding import Finding
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.ply.fibre_runs import ScanRuns
 
 _NAMED = 3  # so many pockets and bumps at most are named in a reason
 _APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this

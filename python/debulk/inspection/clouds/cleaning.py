@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,10 +12,7 @@ from debulk import _core, cloud
 from debulk._core import InputError
 from debulk.arrays import Cloud
 from debulk.inspection.running.stopping import heed
-from debulk.recipe import options
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from debulk.recipe import Recipe, options
 
 _PIECE = 1 << 19  # points; they take a few milliseconds, and a raised stop is heeded between pieces
 

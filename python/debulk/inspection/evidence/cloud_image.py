@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -12,10 +11,7 @@ from numpy.typing import NDArray
 from debulk import cloud
 from debulk.arrays import Cloud, Floats
 from debulk.inspection.clouds.thinning import complete
-
-if TYPE_CHECKING:
-    from debulk.surface import Reference
-
+from debulk.surface import Reference
 
 # A pixel's side over the pitch of the points: of points that lie at random, 92 % of such pixels hold at least one.
 _SIDE = 1.6

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from debulk.inspection.clouds.products import product
-
-if TYPE_CHECKING:
-    from debulk.inspection.find.found import Found
-    from debulk.inspection.ply.setup import Setup
+from debulk.inspection.find.found import Found
+from debulk.inspection.ply.setup import Setup
 
 _STEP_MM = 2.0
 _LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missing in addition to the masked ones

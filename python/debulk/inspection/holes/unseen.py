@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,13 +11,11 @@ from debulk import pocket
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.pocket import Dropped
+from debulk.recipe import Recipe
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True)

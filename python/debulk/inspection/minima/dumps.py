@@ -5,14 +5,11 @@ from __future__ import annotations
 import logging
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from debulk.inspection.minima import replay
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
-    from debulk.sheet import Sheet
-    from debulk.solve import Solution
+from debulk.recipe import Recipe
+from debulk.sheet import Sheet
+from debulk.solve import Solution
 
 log = logging.getLogger("debulk")
 

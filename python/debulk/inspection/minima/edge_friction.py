@@ -11,19 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from debulk import _core, net, ridge, sheet, solve
+from debulk.inspection.lines.bridges import Bridge
 from debulk.inspection.minima import starts
+from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.results.edge_friction import EdgeEnd, EdgeFriction
 from debulk.results.report import LeftOut
 from debulk.verdict import Judgement, Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.lines.bridges import Bridge
-    from debulk.inspection.minima.laid_pocket import LaidPocket
 
 _REMEDY = "treat it as CREASE, or smooth it out over the ply's edge and scan again"
 

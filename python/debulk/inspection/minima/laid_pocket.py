@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 
@@ -17,11 +17,8 @@ from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.effort import check_solves
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
 from debulk.results.finding import Reason
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 Criterion = Literal["excess", "paper"]
 

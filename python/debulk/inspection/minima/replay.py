@@ -6,17 +6,15 @@ import json
 import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from debulk import _core
+from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from debulk.solve import Solution, minimise
 from debulk.surface import Reference
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 FORMAT = "debulk-solve-2"
 _MARGIN = 20  # grid spacings around the nodes: the effect of the spline's border falls by a factor of 4 per spacing

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, section
+from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.net_crests import net_crests
+from debulk.inspection.minima.starts import Settled
 from debulk.inspection.ply import polyline
+from debulk.pocket import Foot
+from debulk.recipe import Recipe
+from debulk.results.report import ExcessReport
 from debulk.results.ridge import RidgeGeometry
-
-if TYPE_CHECKING:
-    from debulk.inspection.minima.laid_pocket import LaidPocket
-    from debulk.inspection.minima.starts import Settled
-    from debulk.pocket import Foot
-    from debulk.recipe import Recipe
-    from debulk.results.report import ExcessReport
-    from debulk.surface import Reference
+from debulk.surface import Reference
 
 # Half the width of the band that contains the highest ridge of nine in ten minima from other starts
 # (bench/study/places.txt), in radii of a disc of the foot's area: first the band about the ridge by the excess, then

@@ -12,13 +12,10 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 from debulk import _core, ridge, sheet, solve
-from debulk.recipe import options
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from debulk.recipe import Recipe, options
 
 Range = tuple[float, float]
 PostProcess = Callable[[solve.Solution], ridge.PostProcessed]

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from debulk.inspection.place.level import LIMITS, Deviation
 from debulk.inspection.place.level_step import Step, step_of
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
 from debulk.results.finding import Reason
 from debulk.results.level import Level
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 def same_reason(share: float) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +13,10 @@ from debulk.inspection.evidence.ply_zones import LEAST_POINTS, SIDES_MM
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.windows import grown
 from debulk.inspection.reference.prepared import Prepared
+from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -16,17 +15,14 @@ import numpy as np
 from debulk import _core
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
+from debulk.inspection.evidence.ply_zones import PlyZones
+from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.running.stopping import heed
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.surface import Reference
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.evidence.ply_zones import PlyZones
-    from debulk.inspection.reference.prepared import Prepared
-    from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, section
 from debulk.fibre import FREE, FibreRuns
 from debulk.inspection.ply.polyline import direction_deg
+from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,11 +15,8 @@ from debulk.fibre import FibreRuns
 from debulk.grid import Grid
 from debulk.inspection.ply.friction_length import friction_length
 from debulk.pocket import Feet, Segmentation
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
 from debulk.surface import Reference
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 Floats = NDArray[np.float64]
 # Means over 3 mm and the interpolation between them left of the excess of bells 16, 20, 24 and 40 mm wide, on a map of

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from debulk.recipe import Recipe
 from debulk.ridge import excess_of_ridge
 from debulk.verdict import natural_length
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 def friction_length(recipe: Recipe) -> float:

@@ -10,7 +10,6 @@ Where the ply stands off it, too, it may be one pocket of which the reference ho
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -22,14 +21,12 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.recipe import Recipe
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.ply.ply_on_mold import PlyOnMold
-    from debulk.recipe import Recipe
 
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from debulk.arrays import Floats
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.ply import angle_field
 from debulk.inspection.ply.fibre_runs import PlyFibres
+from debulk.recipe import Recipe
 from debulk.surface import Reference
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Floats
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.reference.prepared import Prepared
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
+from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True, eq=False)

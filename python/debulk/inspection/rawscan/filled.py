@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -11,6 +10,8 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.inspection.evidence.cloud_image import CloudImage, laid_out
+from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, sample_of
 from debulk.inspection.evidence.smooth_patches import (
     SIDE,
@@ -22,18 +23,13 @@ from debulk.inspection.evidence.smooth_patches import (
     touching,
 )
 from debulk.inspection.holes import unseen
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
-from debulk.recipe import options
+from debulk.recipe import Recipe, options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.evidence.outline import Outline
-    from debulk.inspection.evidence.ply_zones import PlyZones
-    from debulk.inspection.ply.setup import Setup
-    from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +10,12 @@ from numpy.typing import NDArray
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.edge_spread import EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
-
-if TYPE_CHECKING:
-    from debulk.inspection.ply.setup import Setup
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,10 +22,8 @@ from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.reference import frame, resolution
 from debulk.inspection.running.effort import check_map
 from debulk.inspection.running.preparation import Preparation
+from debulk.recipe import Recipe
 from debulk.results.trace import ArrayTrace
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
 
 log = logging.getLogger("debulk")
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from debulk._core import InputError
 from debulk.arrays import Floats
-
-if TYPE_CHECKING:
-    from debulk.grid import Grid
-    from debulk.recipe import Recipe
+from debulk.grid import Grid
+from debulk.recipe import Recipe
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from debulk._core import InputError
 from debulk.arrays import Floats
-
-if TYPE_CHECKING:
-    from debulk.recipe import Recipe
-
+from debulk.recipe import Recipe
 
 _MOST_GB = 4.0  # for a height map and all the maps that are kept beside it
 _CELL_BYTES = 80  # per cell, for all maps together
