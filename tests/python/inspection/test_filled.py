@@ -11,6 +11,7 @@ import pytest
 
 import debulk
 from debulk import _core
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.smooth_patches import quiet_squares, some_on_ply, squares_of, touching
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.verdict import Verdict
@@ -299,7 +300,8 @@ def test_steps_of_a_real_camera_are_no_patches(name, slant):
     up = np.array([slant, 0.0, np.sqrt(1 - slant**2)])
     squares = squares_of(scan.shape, 1.0, 16.0)
     found = _quiet(scan, squares, up)
-    assert not any(noise_is_shared(scan, squares, some_on_ply(scan, squares, _everywhere), step) for step in (1, 2, 4))
+    some, image = some_on_ply(scan, squares, _everywhere), CloudImage(scan, scan, 1.0)
+    assert not any(noise_is_shared(image, squares, some, step) for step in (1, 2, 4))
     assert "rounded to steps" in found.unknown
     assert max((len(piece) for piece in touching(found.squares)), default=0) < 4
 

@@ -8,9 +8,11 @@ import pytest
 
 import laid_ply
 from debulk import Inspector, Recipe, scenes
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.smooth_patches import some_on_ply, squares_of
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.verdict import Verdict
+from stranger_scenes import bump, cloud, flat, laid
 
 NOISE = 0.02 * np.random.default_rng(0).standard_normal((500, 700)).astype(np.float32)
 FOLD = np.random.default_rng(1).standard_normal((500, 700)).astype(np.float32)
@@ -33,7 +35,8 @@ def told(depths, step=1, slope=0.1):
     y, x = np.mgrid[: depths.shape[0], : depths.shape[1]].astype(np.float32)
     scan = np.dstack([x, y, 800 + slope * (x + x**2 / 400) + depths])
     squares = squares_of(scan.shape, 1.0, 16.0)
-    return noise_is_shared(scan, squares, some_on_ply(scan, squares, lambda at: np.ones(len(at), dtype=bool)), step)
+    some = some_on_ply(scan, squares, lambda at: np.ones(len(at), dtype=bool))
+    return noise_is_shared(CloudImage(scan, scan, 1.0), squares, some, step)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +98,7 @@ def test_where_nothing_was_seen_nothing_is_told(nothing):
     scan = np.full((500, 700, 3), nothing, np.float32)
     squares = squares_of(scan.shape, 1.0, 16.0)
     for index in (np.arange(100), np.empty(0, dtype=np.int64)):
-        assert not noise_is_shared(scan, squares, index, 1)
+        assert noise_is_shared(CloudImage(scan, scan, 1.0), squares, index, 1) is None
 
 
 def test_only_points_that_far_apart_matter():
@@ -117,6 +120,23 @@ def test_a_bump_that_creases_does_not_pass_in_a_smoothed_scan(wide_mm, high_mm, 
     report = inspector.inspect(smoothed(scan, gaussian(sigma)))
     assert report.verdict is Verdict.UNDECIDED
     assert "points of the scan 1 mm apart share their measuring noise" in report.reason
+
+
+@pytest.mark.parametrize("step_mm", [0.0, 0.01])
+@pytest.mark.parametrize("sigma", [4, 8])
+def test_without_noise_and_outline_only_a_scan_that_shows_something_sharp_passes(sigma, step_mm):
+    """The edge of a ply does so in a virtual scan, which has no noise either; a fibre over its bump would crease."""
+
+    def as_given(surface, blur):
+        points = cloud(surface, (220, 180), 0.7, 0, noise_mm=0.0)
+        depth = blur(points[..., 2])
+        return np.dstack([points[..., :2], np.round(depth / step_mm) * step_mm if step_mm else depth])
+
+    ply = laid(flat, bump(5, 2.5), (150, 120))
+    inspector = Inspector(None, as_given(flat, lambda z: z), mold_from_scanner=np.eye(4))
+    assert "smoothed" not in {one.check for one in inspector.inspect(as_given(ply, lambda z: z)).findings}
+    report = inspector.inspect(as_given(ply, gaussian(sigma)))
+    assert report.verdict > Verdict.CEASE and "smoothed" in {one.check for one in report.findings}
 
 
 def test_the_recipe_may_allow_for_it():

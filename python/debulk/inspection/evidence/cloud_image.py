@@ -48,7 +48,9 @@ class CloudImage:
 def step_of(depths: NDArray[np.float32]) -> float:
     """Return the step to which some depths, all finite, were rounded; 0: no coarser than float32."""
     apart = np.diff(np.unique(depths))
-    least = float(apart.min()) if len(apart) else 0.0
+    if not len(apart):
+        return 0.0
+    least = float(apart.min())
     return least if least > ROUNDING * float(np.spacing(np.abs(depths).max())) else 0.0
 
 

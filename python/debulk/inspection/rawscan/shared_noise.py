@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
+from debulk.inspection.evidence.cloud_image import CloudImage, step_of
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.rawscan.repeated_depths import LEAST_SQUARES, depths_repeat
 
@@ -25,6 +26,7 @@ class Limits:
     least_seen_share: float = 0.75  # of a square's points
     least_differences: int = 20  # in a square, out of 144: each needs 25 points
     resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
+    steps: float = 0.6  # of rounded depths: smaller scatter is that of rounding, 0.29 of a step, which is white
     # Share of white noise below which noise is shared: 1 for white noise; after a box of 3 points 0.29 is left, of 5
     # 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
     white_share: float = 0.25
@@ -36,26 +38,36 @@ _TURN = 0.618034  # share of all squares from one that is looked at to the next,
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-def noise_is_shared(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> bool:
+def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool | None:
     """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
 
-    Noise that was smoothed varies slowly: its differences of fourth order along both axes of the image, which are 70
-    for white noise of one unit, are too small compared with its scatter. A scanner's own noise, even if correlated, has
-    a white part. Noise after a median filter has one too, but the same depth occurs again and again.
+    None: too little noise is seen to say so. Noise that was smoothed varies slowly: its differences of fourth order
+    along both axes of the image, which are 70 for white noise of one unit, are too small compared with its scatter. A
+    scanner's own noise, even if correlated, has a white part. Noise after a median filter has one too, but the same
+    depth occurs again and again.
 
     The numbers `index`, counted row by row, are those of squares on the ply.
     """
     some = index[
         (_TURN * len(index) * np.arange(min(LIMITS.most_squares, len(index)))).astype(np.int64) % max(1, len(index))
     ]
-    near, far = (_depths(scan, squares, some, apart) for apart in (step, 2 * step))
-    return _shared(near) or _shared(far) or depths_repeat(near)
+    rounded_mm = step_of(_seen(_depths(image.points, squares, some, step)))
+    near, far = (_depths(image.heights, squares, some, apart) for apart in (step, 2 * step))
+    own = _is_shared(near, rounded_mm)
+    if own or _is_shared(far, rounded_mm) or depths_repeat(near):
+        return True
+    return own
 
 
-def _shared(depths: Floats) -> bool:
-    own = _own_share(depths)
-    enough = len(own) >= max(LEAST_SQUARES, LIMITS.least_share * len(depths))
-    return enough and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
+def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
+    own = _own_share(depths, rounded_mm)
+    if len(own) < max(LEAST_SQUARES, LIMITS.least_share * len(depths)):
+        return None
+    return float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
+
+
+def _seen(depths: Floats) -> NDArray[np.float32]:
+    return depths[np.isfinite(depths)].astype(np.float32)
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
@@ -69,7 +81,7 @@ def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64
     return np.where(np.isfinite(depths), depths, np.nan)
 
 
-def _own_share(depths: Floats) -> Floats:
+def _own_share(depths: Floats, rounded_mm: float) -> Floats:
     """Return each usable square's fourth differences over its scatter about a polynomial; 1 for white noise."""
     flat = depths.reshape(len(depths), LIMITS.side**2)
     seen = np.isfinite(flat)
@@ -86,7 +98,8 @@ def _own_share(depths: Floats) -> Floats:
     squared = np.sum(np.where(there, differences, 0.0) ** 2, axis=1)
     of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
-    tells = (number >= LIMITS.least_differences) & (scatter > LIMITS.resolutions * resolved)
+    noise_mm = np.maximum(LIMITS.resolutions * resolved, LIMITS.steps * rounded_mm)
+    tells = (number >= LIMITS.least_differences) & (scatter > noise_mm)
     return np.asarray(of_white[tells] / scatter[tells])
 
 

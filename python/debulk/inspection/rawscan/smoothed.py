@@ -1,12 +1,18 @@
-"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply."""
+"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply.
+
+Where there is too little noise to tell, and the ply's edge is not known, anything sharp in the scan shows that it was
+not smoothed. If nothing is, it may have been.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
@@ -23,6 +29,10 @@ class Limits:
     """Of the blur of the ply's edge; bench/trust/smoothing.py has what scans and filters show."""
 
     spread: float = 0.9  # allowed sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
+    lines: int = 200  # rows, and as many columns, along which anything sharp is looked for
+    sharp_places: int = 20  # along these lines together: an edge of the ply meets each line twice
+    # Second differences at twice the distance: as large at an edge, twice at a kink, four times where all is smooth.
+    smooth_times: float = 3.0
 
 
 LIMITS = Limits()
@@ -37,6 +47,9 @@ class Smoothed:
     edge_mm: float = 0.0
     """Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
     not known."""
+    blunt_mm: float = 0.0
+    """Distance within which nothing in the scan bends sharply, if there is too little noise to tell; 0: something does,
+    or it need not."""
 
     def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""
@@ -47,13 +60,19 @@ class Smoothed:
             )
         elif self.edge_mm > 0:
             found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
+        elif self.blunt_mm:
+            found = (
+                f"the scan shows no noise, and nothing in it bends within {self.blunt_mm:.2g} mm, not even an edge: "
+                "smoothed"
+            )
         else:
             return []
         reason = (
             f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
             "cloud, or allow for it (clean.fine_mm)"
         )
-        return [Finding("smoothed", Verdict.UNDECIDED, reason, self.shared_mm or self.edge_mm, unit="mm")]
+        measured_mm = self.shared_mm or self.blunt_mm or self.edge_mm
+        return [Finding("smoothed", Verdict.UNDECIDED, reason, measured_mm, unit="mm")]
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Return an entry for the report if the blur of the ply's edge is not known."""
@@ -85,9 +104,12 @@ class SmoothedSearch:
         """
         pitch_mm = image.pitch_mm
         step = max(1, round(self._fine_mm / pitch_mm))
-        if noise_is_shared(image.heights, squares, some, step):
+        shared = noise_is_shared(image, squares, some, step)
+        if shared:
             return Smoothed(shared_mm=step * pitch_mm)
         spread_mm = self.edge_mm(image.points, mask)
+        if shared is None and np.isnan(spread_mm) and _blunt(image, step):
+            return Smoothed(edge_mm=spread_mm, blunt_mm=2 * step * pitch_mm)
         allowed_mm = LIMITS.spread * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
 
@@ -96,3 +118,25 @@ class SmoothedSearch:
         if self._edge is None or scan.ndim != 3:
             return float("nan")
         return self._edge.least_mm(scan, mask, self._threads)
+
+
+def _blunt(image: CloudImage, step: int) -> bool:
+    """Return whether nothing in an image bends sharply, by second differences of its heights, less what rounding does.
+
+    Where it does, they are about as large at a distance of `step` pixels as at twice that near by.
+    """
+    largest = np.fmax.reduce(np.abs(image.heights[..., 2]), axis=None, initial=0.0)
+    found, rounded = 0, max(image.step_mm, float(np.spacing(np.float32(largest))))
+    for lines in (image.heights[..., 2], image.heights[..., 2].T):
+        some = lines[:: max(1, len(lines) // LIMITS.lines)].astype(np.float64)
+        if some.shape[1] <= 4 * step:
+            continue
+        near, far = _bends(some, step)[:, step:-step], _bends(some, 2 * step)
+        around = cv2.dilate(np.nan_to_num(far, nan=np.inf), np.ones((1, 4 * step + 1)))
+        found += np.count_nonzero(LIMITS.smooth_times * (near - 2 * rounded) > around)  # False where nothing is known
+    return found < LIMITS.sharp_places
+
+
+def _bends(lines: Floats, apart: int) -> Floats:
+    """Return the second differences along lines (N, W), without their signs."""
+    return np.asarray(np.abs(lines[:, 2 * apart :] - 2 * lines[:, apart:-apart] + lines[:, : -2 * apart]))
