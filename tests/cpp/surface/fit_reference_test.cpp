@@ -69,6 +69,17 @@ TEST(FitReference, FollowsTheShouldersOfAStep) {
   }
 }
 
+// A spar's fillet of 20 mm radius under a flank of 35 degrees. A ply of 0.13 mm must lie within 0.045 mm on it.
+TEST(FitReference, FollowsFilletsAsCloselyAsThinPliesNeed) {
+  const auto spar = [](double x, double) {
+    const double radius = 20, foot = radius * std::sin(0.61), out = std::max(0.0, std::abs(x) - 30);
+    const double up = radius - std::sqrt(radius * radius - std::pow(std::min(out, foot), 2));
+    return up + std::tan(0.61) * std::max(0.0, out - foot);
+  };
+  const Grid<float> grid = heights(spar, 201, 161, 0.7, 0.02);
+  EXPECT_LT(worst(fit_reference(grid), grid, spar, 12), 0.06);
+}
+
 TEST(FitReference, ReducesNoise) {
   const Grid<float> grid = heights(sphere, 401, 321, 0.5, 0.1);
   const Reference fit = fit_reference(grid);
