@@ -133,7 +133,7 @@ def _blunt(image: CloudImage, step: int) -> bool:
             continue
         near, far = _bends(some, step)[:, step:-step], _bends(some, 2 * step)
         around = cv2.dilate(np.nan_to_num(far, nan=np.inf), np.ones((1, 4 * step + 1)))
-        found += int(np.count_nonzero(LIMITS.smooth_times * (near - 2 * rounded) > around))  # False where nothing is known
+        found += int(np.count_nonzero(LIMITS.smooth_times * (near - 2 * rounded) > around))
     return found < LIMITS.sharp_places
 
 
