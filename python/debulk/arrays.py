@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Whole = NDArray[np.int64]
 Cloud = NDArray[np.float32]
+Singles = NDArray[np.float32]
 _EXACT = 1e-9  # a rotation that is orthonormal to this is left as it is
 _HARMLESS = 1e-4  # 0.1 mm over a metre: less than an outline is known to
 _FEWEST_DECIMALS = 3

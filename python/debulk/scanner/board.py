@@ -9,10 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats, Singles
 from debulk.scanner.inputs import InputError, one_of, whole
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 LEAST_CORNERS = 8
 """Fewer corners of a ChArUco board are not used."""
@@ -59,7 +57,7 @@ class Board:
             )
 
     @cached_property
-    def corners_mm(self) -> F64:
+    def corners_mm(self) -> Floats:
         """(N, 3) inner corners in the board's frame, row by row."""
         across, down = self.squares
         x, y = np.meshgrid(np.arange(1, across), np.arange(1, down))
@@ -92,7 +90,7 @@ class Board:
             quarters = [0, 1, 2, 3] if across == down and across % 2 else [0, 2]
         return tuple(np.rot90(order, k).ravel() for k in quarters)
 
-    def find(self, image: NDArray[Any]) -> tuple[NDArray[np.int64], F64]:
+    def find(self, image: NDArray[Any]) -> tuple[NDArray[np.int64], Floats]:
         """Numbers of the corners that an 8-bit image shows, and their (K, 2) positions in pixels; empty if none."""
         import cv2
 
@@ -125,7 +123,7 @@ class Board:
         _, ids, _ = cv2.aruco.ArucoDetector(self._charuco.getDictionary()).detectMarkers(image)
         return 0 if ids is None else len(ids)
 
-    def _refined(self, image: NDArray[Any], corners: F32) -> F64:
+    def _refined(self, image: NDArray[Any], corners: Singles) -> Floats:
         """Place corners between pixels, by a window as large as the squares allow that no marker reaches into.
 
         The detectors' own corners are off by 0.1 px of a checkerboard and 0.2 to 0.3 px of a ChArUco board, these by

@@ -8,12 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.board import LEAST_CORNERS, Board
 from debulk.scanner.board_reason import why_not_found
-from debulk.scanner.stereo_fit import F64, Pair
+from debulk.scanner.stereo_fit import Pair
 
 Image = NDArray[np.uint8]
-Found = tuple[NDArray[np.int64], F64]
+Found = tuple[NDArray[np.int64], Floats]
 
 REPEATED_PX = 0.5
 """A board whose corners moved by less than this, root mean square, in both images stands where it stood before."""

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.inputs import InputError
-from debulk.scanner.stereo_fit import F64, Pair, Placed
+from debulk.scanner.stereo_fit import Pair, Placed
 
 CELLS = (
     "upper left", "upper middle", "upper right", "left", "middle", "right", "lower left", "lower middle", "lower right",
@@ -24,8 +25,8 @@ class BoardPlace:
 
     name: str
     """Of the pair of images."""
-    left_px: F64
-    right_px: F64
+    left_px: Floats
+    right_px: Floats
     """`left_px`, `right_px`: (K, 2) outline of the corners in each image."""
     tilt_deg: float
     """Angle between the board's normal and the left camera's axis."""
@@ -79,7 +80,7 @@ def board_place(pair: Pair, placed: Placed) -> BoardPlace:
     )
 
 
-def covered(outlines: Sequence[F64], points: F64) -> NDArray[np.bool_]:
+def covered(outlines: Sequence[Floats], points: Floats) -> NDArray[np.bool_]:
     """Tell which of (N, 2) pixels lie in at least one outline."""
     import cv2
 
@@ -90,7 +91,7 @@ def covered(outlines: Sequence[F64], points: F64) -> NDArray[np.bool_]:
     return inside
 
 
-def cell_of(points: F64, pixels: tuple[int, int]) -> NDArray[np.int64]:
+def cell_of(points: Floats, pixels: tuple[int, int]) -> NDArray[np.int64]:
     """Return in which ninth of the image each of (N, 2) pixels lies, row by row."""
     column, row = np.clip(points * 3 // np.array(pixels), 0, 2).astype(np.int64).T
     return np.asarray(3 * row + column, np.int64)

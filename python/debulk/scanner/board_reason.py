@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Singles
 from debulk.scanner.board import Board
-
-F32 = NDArray[np.float32]
 
 _LEAST_CONTRAST = 20.0  # grey values
 _SHARPEST_PX = 6.0  # width of the sharpest edges in an image that is blurred
@@ -48,7 +47,7 @@ def why_not_found(image: NDArray[np.uint8], board: Board) -> str:
     return f"no marker of {board.dictionary} is seen" if board.kind == "charuco" else "nothing like a board is seen"
 
 
-def crossings(image: F32, contrast: float) -> NDArray[np.float64]:
+def crossings(image: Singles, contrast: float) -> NDArray[np.float64]:
     """Find where four squares meet, (N, 2) pixels: on a ring, opposite points agree and those between them differ.
 
     This is the response of Bennett and Lasenby, "ChESS - Quick and robust detection of chess-board features", Computer
@@ -74,7 +73,7 @@ def crossings(image: F32, contrast: float) -> NDArray[np.float64]:
     return np.column_stack([columns, rows]).astype(np.float64)
 
 
-def _soft(image: NDArray[np.uint8]) -> F32:
+def _soft(image: NDArray[np.uint8]) -> Singles:
     import cv2
 
     return np.asarray(cv2.GaussianBlur(image.astype(np.float32), (0, 0), 1.0), np.float32)

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.board import Board
 from debulk.scanner.inputs import InputError
-from debulk.scanner.stereo_fit import F64, Pair
+from debulk.scanner.stereo_fit import Pair
 
 _LEAST_DEG = 5.0
 """The next best way round must fit worse than the best by more than this."""
@@ -58,7 +59,7 @@ def same_way_round(pairs: Sequence[Pair], board: Board, pixels: tuple[int, int])
     ]
 
 
-def _about_normal(board: Board, order: NDArray[np.int64]) -> F64:
+def _about_normal(board: Board, order: NDArray[np.int64]) -> Floats:
     """Rotation R of the board for which corner k of the turned count lies at R times corner k, up to a shift."""
     points = board.corners_mm - board.corners_mm.mean(axis=0)
     u, _, vt = np.linalg.svd((points[order].T @ points)[:2, :2])

@@ -12,18 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk.arguments import typed
+from debulk.arrays import Floats, Singles
 from debulk.scanner.board_places import BoardPlace
 from debulk.scanner.certainty import BUMP_MM, Certainty
 from debulk.scanner.inputs import InputError, checked_pixels
 from debulk.scanner.projector import Projector
 from debulk.scanner.resolution import resolved
 from debulk.scanner.undistort import undistorted
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 _VERSION = 1
 _DISTORTIONS = (4, 5, 8, 12, 14)  # numbers of coefficients that OpenCV supports
@@ -230,9 +228,9 @@ class Rectified:
     pixels: tuple[int, int]
     """Width and height of the left image."""
     right_width: int
-    rotation: F64
+    rotation: Floats
     """(3, 3) x_rectified = rotation @ x_left: the frame of the cloud."""
-    maps: tuple[F32, F32, F32, F32] = field(repr=False)
+    maps: tuple[Singles, Singles, Singles, Singles] = field(repr=False)
     """Where each rectified pixel lies in the original image: x, y for the left, x, y for the right."""
 
     @property
@@ -271,7 +269,7 @@ def _rectify(calibration: Calibration) -> Rectified:
     cy = float((height - 1) / 2 - f * (low[1] + high[1]) / 2)
     right_width = int(np.ceil(f * (right_high[0] - right_low[0]))) + 1
     right_cx = float(-f * right_low[0])
-    maps: list[F32] = []
+    maps: list[Singles] = []
     for k, d, r, centre, columns in (
         (left_k, left_d, left_r, cx, width),
         (right_k, right_d, right_r, right_cx, right_width),
@@ -291,7 +289,7 @@ def _rectify(calibration: Calibration) -> Rectified:
     )
 
 
-def _extent(matrix: F64, distortion: F64, rotation: F64, width: int, height: int) -> tuple[F64, F64]:
+def _extent(matrix: Floats, distortion: Floats, rotation: Floats, width: int, height: int) -> tuple[Floats, Floats]:
     """Lowest and highest x / z and y / z at which the rectified camera sees the border of the image."""
     x, y = np.linspace(0, width - 1, 33), np.linspace(0, height - 1, 33)
     border = np.concatenate(
@@ -316,7 +314,7 @@ def _table(name: str, data: Mapping[str, Any], *kinds: type) -> dict[str, Any]:
     return value
 
 
-def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> F64:
+def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):

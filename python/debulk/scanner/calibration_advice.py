@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.board import Board
 from debulk.scanner.board_places import CELLS, BoardPlace, cell_of, covered
 from debulk.scanner.certainty import BUMP_MM, Certainty, certainty, field_points
-from debulk.scanner.stereo_fit import F64, Cameras, projected
+from debulk.scanner.stereo_fit import Cameras, projected
 
 MOST_SHARE = 0.01
 """Two standard deviations of heights, over the image, may be this share of them.
@@ -55,7 +56,7 @@ def _exceeds(found: Certainty, part: float) -> bool:
 def advice(
     found: Certainty,
     cameras: Cameras,
-    info: F64,
+    info: Floats,
     variance: float,
     pixels: tuple[int, int],
     board: Board,
@@ -91,7 +92,7 @@ def advice(
 
 def boards_needed(
     cameras: Cameras,
-    info: F64,
+    info: Floats,
     variance: float,
     distance_mm: float,
     pixels: tuple[int, int],
@@ -113,7 +114,7 @@ def boards_needed(
     return None
 
 
-def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], board: Board, cell: int, k: int) -> F64:
+def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], board: Board, cell: int, k: int) -> Floats:
     """Return what a board in this ninth of the left image would say, moved inwards until both cameras see it whole."""
     points = board.corners_mm - board.corners_mm.mean(axis=0)
     rim = points * (np.array([*board.squares, 1]) + 0.5) / (np.array([*board.squares, 1]) - 2.0)
@@ -137,7 +138,7 @@ def _planned(cameras: Cameras, distance_mm: float, pixels: tuple[int, int], boar
     return np.asarray(slopes.T @ slopes)
 
 
-def _inside(seen: F64, size: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _inside(seen: Floats, size: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Tell which points both cameras see."""
     at = seen.reshape(-1, 2)
     return np.asarray(((at >= 0) & (at <= size)).all(axis=1).reshape(2, -1).all(axis=0))

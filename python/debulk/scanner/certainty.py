@@ -7,12 +7,10 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner.inputs import InputError
 from debulk.scanner.stereo_fit import CAMERAS, LENS, Cameras, Placed, projected
-
-F64 = NDArray[np.float64]
 
 BUMP_MM = 10.0
 """Height of the bump whose uncertainty is stated."""
@@ -62,7 +60,7 @@ class Certainty:
             raise InputError(f"certainty: expected the finite figures {', '.join(names)}") from None
 
 
-def information(boards: Sequence[Placed]) -> F64:
+def information(boards: Sequence[Placed]) -> Floats:
     """Sum what the corners of boards say about the cameras: the inverse covariance for corners of variance 1."""
     return np.asarray(sum((board.slopes.T @ board.slopes for board in boards), np.zeros((CAMERAS, CAMERAS))))
 
@@ -74,14 +72,16 @@ def corner_variance(boards: Sequence[Placed]) -> float:
     return squares / max(1, count - CAMERAS - 6 * len(boards))
 
 
-def certainty(cameras: Cameras, info: F64, variance: float, distance_mm: float, pixels: tuple[int, int]) -> Certainty:
+def certainty(
+    cameras: Cameras, info: Floats, variance: float, distance_mm: float, pixels: tuple[int, int]
+) -> Certainty:
     """Propagate the covariance of the parameters, by `information` and `corner_variance`, to a calibration's figures.
 
     They are those at `distance_mm`, where the surface lies that is measured.
     """
     root = _covariance_root(info) * np.sqrt(variance)
 
-    def deviation(slope: F64) -> F64:
+    def deviation(slope: Floats) -> Floats:
         values = np.sqrt(((slope @ root) ** 2).sum(axis=-1))
         return np.asarray(np.clip(np.nan_to_num(values, nan=_UNKNOWN), 0.0, _UNKNOWN))
 
@@ -107,7 +107,7 @@ def certainty(cameras: Cameras, info: F64, variance: float, distance_mm: float, 
     )
 
 
-def _covariance_root(info: F64) -> F64:
+def _covariance_root(info: Floats) -> Floats:
     """Return r with r @ r.T = inverse of the information; what is not known at all becomes a huge number."""
     if not np.isfinite(info).all() or np.diag(info).min() <= 0:
         return np.full((CAMERAS, 1), _UNKNOWN)
@@ -119,7 +119,7 @@ def _covariance_root(info: F64) -> F64:
 
 def field_points(
     cameras: Cameras, distance_mm: float, pixels: tuple[int, int], grid: tuple[int, int] = _FIELD
-) -> tuple[F64, F64, F64]:
+) -> tuple[Floats, Floats, Floats]:
     """Places that both cameras see at this distance, over a grid of the left image.
 
     Returns the (N, 3) places in the left camera's frame and their (N, 2) left and right pixels. If the fields of view
@@ -142,13 +142,13 @@ def field_points(
     return np.asarray(at[keep], np.float64), np.asarray(seen[keep], np.float64), np.asarray(there[keep], np.float64)
 
 
-def measured_slopes(points: F64, cameras: Cameras) -> F64:
+def measured_slopes(points: Floats, cameras: Cameras) -> Floats:
     """Return the derivative of (N, 3) measured points by the cameras, (N, 3, CAMERAS), the pixels staying as they are.
 
     As in `triangulate`, both coordinates of the left pixel count, and of the right one that along its row.
     """
 
-    def by_point(slopes: F64) -> F64:
+    def by_point(slopes: Floats) -> Floats:
         """Bring (2 cameras, N, x and y, ...) into the form (N, 4, ...)."""
         return slopes.reshape(2, len(points), 2, -1).swapaxes(0, 1).reshape(len(points), 4, -1)
 

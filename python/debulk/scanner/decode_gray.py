@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arrays import Singles
 from debulk.scanner.decode import NO_EXPOSURE, Phase, checked_blur
 from debulk.scanner.gray_code import Code, most_residual, order_of, place_of
 from debulk.scanner.gray_faults import fault_of_code, neighbours
@@ -16,7 +17,6 @@ from debulk.scanner.gray_images import GrayLight, GrayStacks, checked_gray_stack
 from debulk.scanner.gray_patterns import checked_gray_periods
 from debulk.scanner.inputs import InputError
 
-F32 = NDArray[np.float32]
 C64 = NDArray[np.complex64]
 
 _CONTRAST = 5.0  # a lit pixel's modulation exceeds this many standard deviations of a grey value
@@ -150,7 +150,7 @@ def decode_gray(
     )
 
 
-def _decode(light: GrayLight, cells: int, periods: int, start: float, noise: tuple[float, float]) -> dict[str, F32]:
+def _decode(light: GrayLight, cells: int, periods: int, start: float, noise: tuple[float, float]) -> dict[str, Singles]:
     """Decode some pixels; a phase whose order is in doubt is stored as -1 - phase, as the core does."""
     first, offset = light.first_harmonic(), light.fringes.mean(axis=0)
     modulation = np.abs(first)
@@ -196,7 +196,7 @@ def _refuse_faults(stacks: GrayStacks, start: float) -> tuple[float, float] | No
     return noise
 
 
-def _noise_of(light: GrayLight, first: C64, offset: F32, lit: NDArray[np.bool_]) -> tuple[float, float] | None:
+def _noise_of(light: GrayLight, first: C64, offset: Singles, lit: NDArray[np.bool_]) -> tuple[float, float] | None:
     """Estimate the sensor's noise (a, b) from the harmonics that neither the fringes nor a gamma of theirs contain.
 
     A gamma gives harmonics whose phase is a multiple of the fringes', the same for all pixels relative to the

@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats, Singles
 from debulk.scanner.calibration import Rectified
 from debulk.scanner.decode import Phase
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 MOST_ERROR = 4e-4
 """Limit relative to the image's width: half a pixel of 1280. Highlights that move between cameras cause as much."""
@@ -39,7 +36,7 @@ class Epipolar:
     """Number of patches of the image that contributed."""
 
 
-def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
+def judge_rows(points: Singles, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
     """Measure how well the rows agree, and say what is wrong if they do not."""
     shifts, textured = row_shifts(points, left, right, rectified)
     error = float(np.sqrt(np.mean(even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
@@ -61,7 +58,7 @@ def judge_rows(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
     return found, ""
 
 
-def even(shifts: F64) -> F64:
+def even(shifts: Floats) -> Floats:
     """Fit the part of (K, 3) shifts that a turned camera causes, linear over the image; outliers count less."""
     basis = np.column_stack([np.ones(len(shifts)), shifts[:, :2]])
     weight = np.ones(len(shifts))
@@ -74,7 +71,7 @@ def even(shifts: F64) -> F64:
     return np.asarray(fit)
 
 
-def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> tuple[F64, int]:
+def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified) -> tuple[Floats, int]:
     """Return the row shift in each patch that agrees, (K, 3) with its place, and the number of patches with texture.
 
     A place is given relative to the middle of the image, as a fraction of its width.
@@ -96,7 +93,7 @@ def row_shifts(points: F32, left: Phase, right: Phase, rectified: Rectified) -> 
 
 
 def _patch(
-    x: int, y: int, step: int, points: F32, left: Phase, right: Phase, rectified: Rectified
+    x: int, y: int, step: int, points: Singles, left: Phase, right: Phase, rectified: Rectified
 ) -> tuple[float, float] | None:
     """Best correlation and the row shift there; None without enough points or texture."""
     half = _HALF * step
@@ -129,7 +126,7 @@ def _patch(
     return float(here), float(step * (wide[best] + (0.5 * (before - after) / bend if bend < 0 else 0.0)))
 
 
-def _remap(image: F32, x: F32, y: F32) -> F32:
+def _remap(image: Singles, x: Singles, y: Singles) -> Singles:
     import cv2
 
     # Cut out only the part that is needed: OpenCV's coordinates end at 32767, and counting from a corner keeps
@@ -149,7 +146,7 @@ def _remap(image: F32, x: F32, y: F32) -> F32:
     return np.asarray(out, np.float32).reshape(x.shape)
 
 
-def _textures(phase: Phase, x: F32, y: F32, parts: int) -> F64:
+def _textures(phase: Phase, x: Singles, y: Singles, parts: int) -> Floats:
     """Logarithm of the modulation at these places, (parts, places) for so many parts, one below the other.
 
     It does not depend on the exposure, and the slope of the light itself is removed, so that only texture is left. A
@@ -171,7 +168,7 @@ def _textures(phase: Phase, x: F32, y: F32, parts: int) -> F64:
 
 
 @cache
-def _slopes() -> F64:
+def _slopes() -> Floats:
     """Orthonormal columns that span a patch's mean and slopes."""
     rows, columns = np.indices((2 * _HALF + 1, 2 * _HALF + 1))
     return np.asarray(np.linalg.qr(np.stack([np.ones(rows.size), rows.ravel(), columns.ravel()], axis=1))[0])

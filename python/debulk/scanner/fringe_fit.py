@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-
-F64 = NDArray[np.float64]
+from debulk.arrays import Floats
 
 _STARTS = 48  # start phases that are tried
 _FIRST_START = -0.04  # turns
@@ -41,7 +40,7 @@ class Fringes:
         return len(self.periods) * self.steps
 
     @cached_property
-    def turns(self) -> F64:
+    def turns(self) -> Floats:
         """Phase that each step adds, in turns."""
         return np.arange(self.steps) / self.steps
 
@@ -54,7 +53,7 @@ class Fringes:
 class Pixels:
     """Grey values (n, M) of pixels of one exposure, and the first harmonic of each number of periods."""
 
-    values: F64
+    values: Floats
     fringes: Fringes
     noise: tuple[float, float]
 
@@ -66,22 +65,22 @@ class Pixels:
         return np.asarray(np.einsum("k,pkm->pm", turn, sets) * (2 / self.fringes.steps))
 
     @cached_property
-    def level(self) -> F64:
+    def level(self) -> Floats:
         """(M,) mean grey value."""
         return np.asarray(self.values.mean(axis=0))
 
     @cached_property
-    def modulation(self) -> F64:
+    def modulation(self) -> Floats:
         """(M,) amplitude of the fringes."""
         return np.asarray(np.abs(self.first).mean(axis=0))
 
     @cached_property
-    def variance(self) -> F64:
+    def variance(self) -> Floats:
         """(M,) that is expected of a grey value."""
         return np.asarray(self.noise[0] + self.noise[1] * self.level)
 
     @cached_property
-    def order_noise(self) -> F64:
+    def order_noise(self) -> Floats:
         """(M,) standard deviation that is expected of the least certain fringe order."""
         with np.errstate(divide="ignore"):
             wrapped = np.sqrt(2 / self.fringes.steps * self.variance) / (2 * np.pi * self.modulation)
@@ -99,12 +98,12 @@ class Pixels:
         return Pixels(self.values, self.fringes.starting(start), self.noise)
 
     @cached_property
-    def phases(self) -> F64:
+    def phases(self) -> Floats:
         """(P, M) wrapped phases in turns."""
         return np.asarray(np.angle(self.first) / (2 * np.pi))
 
 
-def off_orders(pixels: Pixels, starts: float | F64) -> tuple[F64, F64]:
+def off_orders(pixels: Pixels, starts: float | Floats) -> tuple[Floats, Floats]:
     """Return distances of fringe orders from whole numbers, -0.5 to 0.5, and places in the field, 0 to 1.
 
     Each start phase of an array (T, 1) gives its own; the shapes are (S, T, M) and (T, M), or (S, M) and (M,).
@@ -160,7 +159,7 @@ def misfit(pixels: Pixels) -> float:
     return float(np.sqrt(max(0.0, np.mean(rest**2) - 1) / np.mean((size * weight) ** 2)))
 
 
-def _by_start(fringes: Fringes) -> F64:
+def _by_start(fringes: Fringes) -> Floats:
     """Return how much a start phase changes the distance of each order, in orders per turn."""
     stages = fringes.plan[0]
     sums, counts = np.array([sum(weights) for _, weights in stages]), np.array([count for count, _ in stages])
@@ -206,7 +205,7 @@ def other_periods(pixels: Pixels) -> int:
 class Brightness:
     """Brightness of each image relative to the others with its number of periods, and what it does to the phase."""
 
-    off: F64
+    off: Floats
     """(n,) less 1; the median of each number of periods is 0."""
     ripple_rad: float
     """Root mean square of the error that it leaves in the phase, made from all numbers of periods."""
@@ -265,7 +264,7 @@ def brightness_of_images(pixels: Pixels) -> Brightness:
     return Brightness(off, float(np.sqrt(off @ ripple @ off)), 3 * float(np.sqrt(max(scatter, 0.0))))
 
 
-def _ripple(fringes: Fringes, offset: float) -> F64:
+def _ripple(fringes: Fringes, offset: float) -> Floats:
     """Return the form by which relative errors of the images' brightness give the square of the phase's error, rad².
 
     An image k that is brighter by δ shifts a phase by -(2 δ / steps) (offset / modulation + cos a) sin a, a being its

@@ -12,11 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk.arrays import Bools
-
-F32 = NDArray[np.float32]
+from debulk.arrays import Bools, Singles
 
 _SURE = 0.25  # a sure bit is this far from the threshold, relative to half the step from black to white
 
@@ -31,13 +28,13 @@ class Code:
     """Whether the pixel is clearly on one side of the threshold."""
 
 
-def read_code(images: F32, dark: F32, bright: F32) -> Code:
+def read_code(images: Singles, dark: Singles, bright: Singles) -> Code:
     """Read the bits of (n, ...) grey values between the grey values of black and of white stripes."""
     off, half = images - 0.5 * (dark + bright), 0.5 * np.abs(bright - dark)
     return Code(off > 0, np.abs(off) > _SURE * half)
 
 
-def place_of(code: Code, cells: int) -> tuple[F32, Bools]:
+def place_of(code: Code, cells: int) -> tuple[Singles, Bools]:
     """Place in periods that the code gives, and whether it is known; ``cells`` in each period."""
     count = len(code.bits)
     bit = np.zeros(code.bits.shape[1:], np.bool_)
@@ -60,7 +57,7 @@ def most_residual(cells: int) -> float:
     return min(0.5 / cells + 0.1, 0.46)
 
 
-def order_of(place: F32, turns: F32) -> tuple[F32, F32]:
+def order_of(place: Singles, turns: Singles) -> tuple[Singles, Singles]:
     """Fringe order, and the distance of place minus phase from it; ``turns`` is the wrapped phase, 0 to 1."""
     off = place - turns
     order = np.rint(off)

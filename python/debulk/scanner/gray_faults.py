@@ -14,10 +14,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arrays import Bools
+from debulk.arrays import Bools, Singles
 from debulk.scanner.gray_code import Code, most_residual, order_of, place_of
-
-F32 = NDArray[np.float32]
 
 MOST_JUMPS = 0.10  # jumps of the phase over ends of stripes; edges of objects cause some hundredths
 _MOST_OUTSIDE = 0.02  # share of pixels whose order plus phase lies outside the code's cell; good images: 0.001
@@ -32,7 +30,7 @@ class Neighbours:
     """Pairs of sure pixels that are close together on one line of the image."""
 
     bits: Bools  # (n, 2, M)
-    turns: F32  # (2, M) wrapped phases, 0 to 1
+    turns: Singles  # (2, M) wrapped phases, 0 to 1
     apart: NDArray[np.int64]  # (M,) pixels
 
     @property
@@ -47,7 +45,7 @@ class Neighbours:
         return Neighbours(bits, self.turns, self.apart)
 
 
-def neighbours(code: Code, turns: F32, lit: Bools) -> Neighbours:
+def neighbours(code: Code, turns: Singles, lit: Bools) -> Neighbours:
     """Collect pairs from (n, R, L) lines of pixels, whose bits are all sure."""
     fine = lit & code.sure.all(axis=0)
     line, at = np.nonzero(fine)

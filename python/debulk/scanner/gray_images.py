@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Singles
 from debulk.scanner.decode import NO_EXPOSURE
 from debulk.scanner.gray_code import Code, read_code
 from debulk.scanner.gray_patterns import code_images
 from debulk.scanner.inputs import InputError, Stack, checked_stack
 
-F32 = NDArray[np.float32]
 C64 = NDArray[np.complex64]
 
 
@@ -21,10 +21,10 @@ C64 = NDArray[np.complex64]
 class GrayLight:
     """Grey values of some pixels in the exposure that was chosen for each, (n, ...)."""
 
-    fringes: F32
-    code: F32
-    inverted: F32 | None
-    white_black: F32 | None
+    fringes: Singles
+    code: Singles
+    inverted: Singles | None
+    white_black: Singles | None
     exposure: NDArray[np.uint8]
     """255 where every exposure is saturated."""
 
@@ -39,7 +39,7 @@ class GrayLight:
         turn = weight * np.exp(-2j * np.pi * order * np.arange(steps) / steps)
         return np.tensordot(turn.astype(np.complex64), self.fringes, 1)
 
-    def read_code(self, modulation: F32, offset: F32) -> Code:
+    def read_code(self, modulation: Singles, offset: Singles) -> Code:
         """Read the bits by the inverted images, by white and black, or by the fringes."""
         if self.inverted is not None:
             return read_code(self.code - self.inverted, -2 * modulation, 2 * modulation)
@@ -62,7 +62,7 @@ class GrayStacks:
     def light(self, select: Any) -> GrayLight:
         """Take the brightest exposure in which no step is saturated, for each pixel of a part of the image."""
         stacks = self.fringes, self.code, self.inverted, self.white_black
-        chosen: list[F32 | None] = []
+        chosen: list[Singles | None] = []
         exposure = np.empty(0, np.uint8)
         for e in range(self.fringes.exposures - 1, -1, -1):
             here = [

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from debulk.arrays import Floats
 from debulk.scanner.inputs import InputError
-
-F64 = NDArray[np.float64]
 
 _POWERS = [(i, j) for i in range(4) for j in range(4 - i) if i + j >= 2]
 
@@ -25,14 +24,14 @@ class Projector:
     y / z.
     """
 
-    pinhole: F64
+    pinhole: Floats
     """(2, 4)."""
-    lens: F64 = field(repr=False)
+    lens: Floats = field(repr=False)
     """(7,)"""
     error_mm: float
     """Root mean square difference of its depths from those of the two cameras, in the scans that determined it."""
 
-    def at(self, points_mm: ArrayLike) -> F64:
+    def at(self, points_mm: ArrayLike) -> Floats:
         """Return the position in the field of (N, 3) points."""
         points = np.asarray(points_mm, dtype=np.float64)
         p = through_pinhole(self.pinhole, points)
@@ -55,13 +54,13 @@ class Projector:
         return cls(pinhole, lens, error_mm)
 
 
-def through_pinhole(rows: F64, points: F64) -> F64:
+def through_pinhole(rows: Floats, points: Floats) -> Floats:
     """Positions of (N, 3) points without the lens."""
     above, below = (points @ row[:3] + row[3] for row in rows)
     return np.asarray(above / below)
 
 
-def lens_terms(p: F64, points: F64) -> tuple[F64, F64]:
+def lens_terms(p: Floats, points: Floats) -> tuple[Floats, Floats]:
     """(N, 7) factors of the lens's coefficients, and their derivatives with respect to p."""
     a, b = p - 0.5, points[:, 1] / points[:, 2]
     terms = np.column_stack([a**i * b**j for i, j in _POWERS])

@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import arrays
+from debulk.arrays import Floats
 from debulk.scanner.inputs import InputError
 from debulk.scanner.triangulate import Scan
-
-F64 = NDArray[np.float64]
 
 _LEAST_SPREAD = 0.02  # distance of markers from one line, relative to their extent
 _VOXEL_MM = 4.0
@@ -24,9 +23,9 @@ _LEAST_SHARE = 0.5  # share of the mold's points that the scan must reach
 class Registration:
     """The mold's frame relative to the scanner's."""
 
-    mold_from_scanner: F64
+    mold_from_scanner: Floats
     """(4, 4) x_mold = T x_scanner."""
-    residuals_mm: F64 = field(repr=False)
+    residuals_mm: Floats = field(repr=False)
     """Distance of each marker from its place or, if the mold's shape was used, of points from the surface."""
     rms_mm: float
     """Root mean square of these distances."""
@@ -94,7 +93,7 @@ def register(
     return _by_shape(points, _points(mold, "mold"), first, most_mm)
 
 
-def rigid_motion(measured: F64, wanted: F64) -> F64:
+def rigid_motion(measured: Floats, wanted: Floats) -> Floats:
     """Find the (4, 4) rigid motion that best aligns points with others by least squares (Kabsch's method)."""
     a, b = measured - measured.mean(axis=0), wanted - wanted.mean(axis=0)
     u, _, v = np.linalg.svd(a.T @ b)
@@ -105,7 +104,7 @@ def rigid_motion(measured: F64, wanted: F64) -> F64:
     return motion
 
 
-def _by_markers(measured: F64, wanted: F64, most_mm: float) -> Registration:
+def _by_markers(measured: Floats, wanted: Floats, most_mm: float) -> Registration:
     if measured.shape != wanted.shape:
         raise InputError(
             f"markers_mm: expected as many markers in both frames, but got {len(measured)} and {len(wanted)}"
@@ -137,11 +136,11 @@ def _by_markers(measured: F64, wanted: F64, most_mm: float) -> Registration:
     return Registration(motion, residuals, rms)
 
 
-def _distances(motion: F64, measured: F64, wanted: F64) -> F64:
+def _distances(motion: Floats, measured: Floats, wanted: Floats) -> Floats:
     return np.asarray(np.linalg.norm(measured @ motion[:3, :3].T + motion[:3, 3] - wanted, axis=1))
 
 
-def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registration:
+def _by_shape(points: Floats, mold: Floats, start: Floats, most_mm: float) -> Registration:
     try:
         import open3d
     except ImportError as error:
@@ -152,7 +151,7 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
             "libgl1 and libusb-1.0-0"
         ) from None
 
-    def cloud(values: F64) -> Any:
+    def cloud(values: Floats) -> Any:
         whole = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(values))
         return whole.voxel_down_sample(_VOXEL_MM)
 
@@ -184,7 +183,7 @@ def _by_shape(points: F64, mold: F64, start: F64, most_mm: float) -> Registratio
     return Registration(motion, np.abs(off), rms)
 
 
-def _points(values: Any, name: str) -> F64:
+def _points(values: Any, name: str) -> Floats:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
         raise InputError(f"{name}: expected points of shape (N, 3), but got {array.shape}")

@@ -8,16 +8,15 @@ of the pixels for two cameras that are turned by 20 degrees against each other.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from debulk.arrays import Floats
 
 LEAST_RESOLUTION = 0.95
 """If the camera's own size would leave less than this share of its focal length, the rectified image is larger."""
 _MOST_PIXELS = 2.0  # pixels of the rectified image over the camera's, at most
 
 
-def resolved(low: F64, high: F64, focal_px: float, pixels: tuple[int, int]) -> tuple[float, tuple[int, int]]:
+def resolved(low: Floats, high: Floats, focal_px: float, pixels: tuple[int, int]) -> tuple[float, tuple[int, int]]:
     """Focal length and size, both in pixels, of an image that shows x / z and y / z from ``low`` to ``high``.
 
     The size is the camera's if that costs hardly any resolution, because clouds of the camera's size are easier to

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from debulk.arrays import Floats
 
 LENS = 9
 """Parameters of a camera: fx, fy, cx, cy and five coefficients of distortion."""
@@ -22,32 +21,32 @@ class Pair:
     """The corners of one board that both cameras see."""
 
     name: str
-    board: F64
+    board: Floats
     """(K, 3) corners in the board's frame, mm."""
-    left: F64
+    left: Floats
     """(K, 2) where the left camera sees them, pixels."""
-    right: F64
+    right: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Cameras:
     """Two cameras: x_right = rotation @ x_left + translation."""
 
-    matrices: list[F64]
-    distortions: list[F64]
-    rotation: F64
-    translation: F64
+    matrices: list[Floats]
+    distortions: list[Floats]
+    rotation: Floats
+    translation: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
     """A board at the place that fits both images best."""
 
-    place: F64
+    place: Floats
     """(6,) rotation vector and translation, x_left = rotation @ x_board + translation."""
-    residual: F64
+    residual: Floats
     """(4 K,) pixels: left x, y of each corner, then right."""
-    slopes: F64
+    slopes: Floats
     """(4 K, CAMERAS) derivative of the residual with respect to the cameras, the board moving along."""
 
     @property
@@ -90,7 +89,7 @@ def placed(pair: Pair, cameras: Cameras) -> Placed:
     return Placed(place, predicted - seen, of_cameras - across @ (across.T @ of_cameras))
 
 
-def projected(points: F64, place: F64, cameras: Cameras) -> tuple[F64, F64, F64]:
+def projected(points: Floats, place: Floats, cameras: Cameras) -> tuple[Floats, Floats, Floats]:
     """Project (K, 3) points of a board into both images.
 
     Returns the (4 K,) pixels and their derivatives with respect to the cameras, (4 K, CAMERAS), and the place, (4 K,

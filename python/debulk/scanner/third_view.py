@@ -11,16 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats, Singles
 from debulk.scanner.calibration import Rectified
 from debulk.scanner.decode import Phase
 from debulk.scanner.epipolar import even
 from debulk.scanner.inputs import InputError
 from debulk.scanner.projector import Projector, lens_terms, through_pinhole
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 MOST_DISAGREEMENT = 2e-4
 """Limit relative to the depth, 0.5 mm of 2.4 m: if it is exceeded, a camera or the projector was moved."""
@@ -31,7 +28,7 @@ _LEAST_PARALLAX = 0.01  # share of the field that a point moves by for its whole
 _ROUNDS = 6
 
 
-def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
+def learn(seen: Sequence[tuple[Floats, Floats]]) -> Projector:
     """Fit a projector to (points, places in the field) of several scans; an InputError if they do not determine it."""
     points, places = (np.concatenate([pair[k] for pair in seen]) for k in (0, 1))
     if len(points) < _LEAST_SAMPLES:
@@ -62,7 +59,7 @@ def learn(seen: Sequence[tuple[F64, F64]]) -> Projector:
     return Projector(pinhole, lens, float(np.sqrt(np.mean(off_mm[keep] ** 2))))
 
 
-def disagreement(points: F32, left: Phase, rectified: Rectified, projector: Projector) -> tuple[float, str]:
+def disagreement(points: Singles, left: Phase, rectified: Rectified, projector: Projector) -> tuple[float, str]:
     """Depth by which cameras and projector disagree, mm, and what is wrong if it is too much; NaN: too few points."""
     there, places = sampled(points, left, rectified)
     if len(there) < _LEAST_SAMPLES:
@@ -79,7 +76,7 @@ def disagreement(points: F32, left: Phase, rectified: Rectified, projector: Proj
     )
 
 
-def sampled(points: F32, left: Phase, rectified: Rectified) -> tuple[F64, F64]:
+def sampled(points: Singles, left: Phase, rectified: Rectified) -> tuple[Floats, Floats]:
     """Sample a scan: points in the left camera's own frame, and their places in the field according to the phase."""
     height, width = points.shape[:2]
     step = max(1, round(np.sqrt(height * width / _SAMPLES)))
@@ -97,7 +94,7 @@ def sampled(points: F32, left: Phase, rectified: Rectified) -> tuple[F64, F64]:
     return there[known] @ rectified.rotation, phase[known] / (2 * np.pi * left.periods[0])
 
 
-def _depth_errors(projector: Projector, points: F64, places: F64) -> tuple[F64, F64]:
+def _depth_errors(projector: Projector, points: Floats, places: Floats) -> tuple[Floats, Floats]:
     """How far a point's place moves over its whole depth along the left camera's ray, and each depth's error, mm."""
     here = projector.at(points)
     parallax = (projector.at(points * 1.001) - here) / 0.001
@@ -106,7 +103,7 @@ def _depth_errors(projector: Projector, points: F64, places: F64) -> tuple[F64, 
     return parallax, np.nan_to_num(off, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _relief(points: F64) -> float:
+def _relief(points: Floats) -> float:
     """Distance of points from one plane, relative to their depth; on a plane, 1 / z is linear in x / z and y / z."""
     x, y, z = points.T
     basis = np.column_stack([np.ones_like(z), x / z, y / z])
@@ -115,7 +112,7 @@ def _relief(points: F64) -> float:
     return float(np.sqrt(np.mean((near / fit - 1) ** 2)))
 
 
-def _first_pinhole(points: F64, places: F64) -> F64:
+def _first_pinhole(points: Floats, places: Floats) -> Floats:
     """Fit a pinhole by the linear equations, with each point weighted by its effect in the field."""
     middle, scale = points.mean(axis=0), float(points.std())
     ones = np.column_stack([(points - middle) / scale, np.ones(len(points))])

@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scenes.outline import disc_area_inside, disc_outline_inside
 
-F64 = NDArray[np.float64]
 Kind = Literal["pocket", "below AreaTol", "below PeakTol", "below CutHeight"]
 
 
@@ -23,25 +22,25 @@ class Bell:
     angle_deg: float
     height_mm: float
 
-    def to_unit(self, x: F64, y: F64) -> tuple[F64, F64]:
+    def to_unit(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Convert mold XY to the frame in which the foot is the unit circle."""
         c, s = np.cos(np.deg2rad(self.angle_deg)), np.sin(np.deg2rad(self.angle_deg))
         dx, dy = x - self.centre_mm[0], y - self.centre_mm[1]
         return (c * dx + s * dy) / self.radii_mm[0], (c * dy - s * dx) / self.radii_mm[1]
 
-    def from_unit(self, points: F64) -> F64:
+    def from_unit(self, points: Floats) -> Floats:
         """Convert (N, 2) points of the unit-circle frame to mold XY."""
         c, s = np.cos(np.deg2rad(self.angle_deg)), np.sin(np.deg2rad(self.angle_deg))
         p, q = points[:, 0] * self.radii_mm[0], points[:, 1] * self.radii_mm[1]
         return np.stack([self.centre_mm[0] + c * p - s * q, self.centre_mm[1] + s * p + c * q], axis=1)
 
-    def rise(self, x: F64, y: F64) -> F64:
+    def rise(self, x: Floats, y: Floats) -> Floats:
         """Height of the bell over the rest of the ply, mm."""
         u, v = self.to_unit(x, y)
         rho = np.minimum(np.hypot(u, v), 1.0)
         return np.asarray(0.5 * self.height_mm * (1.0 + np.cos(np.pi * rho)))
 
-    def rise_and_slopes(self, x: F64, y: F64) -> tuple[F64, F64, F64, F64]:
+    def rise_and_slopes(self, x: Floats, y: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Height in mm, slopes along x and y, and ρ (1 on and outside the foot)."""
         c, s = np.cos(np.deg2rad(self.angle_deg)), np.sin(np.deg2rad(self.angle_deg))
         u, v = self.to_unit(x, y)
@@ -54,7 +53,7 @@ class Bell:
         du, dv = pull * u / self.radii_mm[0], pull * v / self.radii_mm[1]
         return rise, c * du - s * dv, s * du + c * dv, rho
 
-    def foot(self, points: int) -> F64:
+    def foot(self, points: int) -> Floats:
         """(points, 2) points on the ellipse of the foot, mold XY, counter-clockwise."""
         angles = 2 * np.pi * np.arange(points) / points
         return self.from_unit(np.stack([np.cos(angles), np.sin(angles)], axis=1))
@@ -83,9 +82,9 @@ class Bump:
     """XY area where the height exceeds the cut height, inside the ply; 0 for a bump below it."""
     volume_mm3: float
     """Integral of the height above the reference over that area."""
-    outline_mm: F64 = field(repr=False)
+    outline_mm: Floats = field(repr=False)
     """(K, 2) contour at the cut height, clipped by the ply's outline, counter-clockwise; (0, 2) if it stays below."""
-    foot_outline_mm: F64 = field(repr=False)
+    foot_outline_mm: Floats = field(repr=False)
     """(K, 2) edge of the bell itself, clipped by the ply's outline, counter-clockwise."""
     touches_ply_edge: bool
     """Whether the ply's edge cuts the bump."""
@@ -119,13 +118,13 @@ def straight_excess(height_mm: float, short_mm: float) -> float:
     return float(2.0 * short_mm * np.mean(slope**2 / (1.0 + np.sqrt(1.0 + slope**2))))
 
 
-def clipped_area(bell: Bell, ply_outline: F64, rho: float) -> float:
+def clipped_area(bell: Bell, ply_outline: Floats, rho: float) -> float:
     """XY area of {ρ' < ρ} inside the ply, mm²."""
     unit = np.stack(bell.to_unit(ply_outline[:, 0], ply_outline[:, 1]), axis=1)
     return bell.radii_mm[0] * bell.radii_mm[1] * disc_area_inside(unit, rho)
 
 
-def measure(kind: Kind, bell: Bell, ply_outline: F64, thickness_mm: float, cut_height_mm: float) -> Bump:
+def measure(kind: Kind, bell: Bell, ply_outline: Floats, thickness_mm: float, cut_height_mm: float) -> Bump:
     """Determine the truth about a bell on this ply."""
     unit = np.stack(bell.to_unit(ply_outline[:, 0], ply_outline[:, 1]), axis=1)
     scale = bell.radii_mm[0] * bell.radii_mm[1]

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arrays import Floats
 from debulk.scenes import mold
-
-F64 = NDArray[np.float64]
 
 # If the mold fills the image, this share of the image's width stays clear on each side.
 _MARGIN = 0.01
@@ -29,15 +27,15 @@ class Camera:
     f: float
     cx: float
     cy: float
-    rotation: F64
-    centre: F64
+    rotation: Floats
+    centre: Floats
 
-    def project(self, points_mold: F64) -> F64:
+    def project(self, points_mold: Floats) -> Floats:
         """Convert (N, 3) points in the mold frame to (N, 2) pixel coordinates (column, row)."""
         p = (points_mold - self.centre) @ self.rotation
         return np.asarray(p[:, :2] / p[:, 2:] * self.f + np.array([self.cx, self.cy]))
 
-    def box(self, points_mold: F64, spare: int = 2) -> tuple[int, int, int, int]:
+    def box(self, points_mold: Floats, spare: int = 2) -> tuple[int, int, int, int]:
         """First row, past-last row, first column, past-last column of the pixels that contain these points, clipped."""
         pixel = self.project(points_mold)
         low = np.floor(pixel.min(axis=0)).astype(int) - spare
@@ -50,7 +48,7 @@ class Camera:
         )
 
     @property
-    def mold_from_scanner(self) -> F64:
+    def mold_from_scanner(self) -> Floats:
         """4x4, x_mold = T x_scanner."""
         t = np.eye(4)
         t[:3, :3] = self.rotation

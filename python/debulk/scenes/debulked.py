@@ -12,14 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from debulk.arrays import Floats, Singles
 from debulk.scenes.bump import Bell, Bump, straight_excess
 from debulk.scenes.camera import Camera
 from debulk.scenes.outline import StarPolygon
 from debulk.scenes.raycast import Target, cast
 from debulk.scenes.spoil import spoil
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 RIDGE_HALF_WIDTH_MM = 4.0  # an elastic fold of this ply is about four natural lengths of 2 mm wide at its foot
 TAKEN_UP_MM = 0.2  # excess that shear and invisibly low waves take up
@@ -44,7 +42,7 @@ class Scanner:
 class Debulked:
     """A scan of the ply after debulking, and the truth about it."""
 
-    scan: F32 = field(repr=False)
+    scan: Singles = field(repr=False)
     """(H, W, 3) organised cloud, scanner frame, mm; NaN where nothing was seen."""
     thickness_mm: float
     """Thickness of the consolidated ply, along z."""
@@ -58,7 +56,7 @@ class Debulked:
     """(H, W): pixels whose point flies off along its ray."""
     _ply: StarPolygon = field(repr=False)
 
-    def ply_height_above_mold(self, xy: ArrayLike) -> F64:
+    def ply_height_above_mold(self, xy: ArrayLike) -> Floats:
         """Height of the ply's upper side above the mold, along z; 0 beside the ply; (..., 2) mold XY to (...), mm."""
         points = np.asarray(xy, dtype=np.float64)
         x, y = points[..., 0], points[..., 1]

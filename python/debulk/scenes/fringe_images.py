@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.arrays import Floats, Singles
 from debulk.scanner import Calibration, fringe_patterns
 from debulk.scenes.fringe_light import AMBIENT, Texture, light_lines, reflectance
 from debulk.scenes.fringe_rig import Rig, View, depths, rig
 from debulk.scenes.raycast import Target
 from debulk.scenes.scene import Layup
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 PROJECTOR_PIXELS = (1920, 1200)
 FULL_WELL = 14_000.0  # electrons at the greatest grey value
@@ -34,14 +32,14 @@ _HIDDEN = 2e-4  # share of the way from the projector: a surface nearer by more 
 class FringeTruth:
     """The truth about fringe images."""
 
-    points_mm: F32 = field(repr=False)
+    points_mm: Singles = field(repr=False)
     """(H, W, 3) on the rectified left camera's pixel grid, in its frame: the cloud that a perfect scanner would
     give."""
     seen: NDArray[np.bool_] = field(repr=False)
     """(H, W): those of these points that the projector lights and the right camera sees."""
-    left_phase_rad: F32 = field(repr=False)
+    left_phase_rad: Singles = field(repr=False)
     """(H, W) in the original left image, NaN where the projector does not light it."""
-    right_phase_rad: F32 = field(repr=False)
+    right_phase_rad: Singles = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +50,7 @@ class FringeImages:
     """(E, n, H, W), shortest exposure first."""
     right: NDArray[np.uint8] | NDArray[np.uint16] = field(repr=False)
     calibration: Calibration = field(repr=False)
-    mold_from_scanner: F64 = field(repr=False)
+    mold_from_scanner: Floats = field(repr=False)
     """(4, 4) x_mold = T x, for a point in the rectified left camera's frame."""
     truth: FringeTruth = field(repr=False)
 
@@ -147,7 +145,7 @@ def _bands(height: int) -> Iterator[slice]:
         yield slice(first, min(first + _BAND_ROWS, height))
 
 
-def _field(points: F64, first: int, instrument: Rig, camera: View, target: Target, ply: bool) -> F64:
+def _field(points: Floats, first: int, instrument: Rig, camera: View, target: Target, ply: bool) -> Floats:
     """Position of the points of some rows in the projector's field, 0 to 1; NaN in shadow or outside."""
     projector = instrument.projector
     local = (points - projector.centre) @ projector.rotation
@@ -160,7 +158,7 @@ def _field(points: F64, first: int, instrument: Rig, camera: View, target: Targe
 
 
 def _take(
-    lines: F64, at: F64, bright: F64, times: list[float], bits: int, seed: tuple[int, int, int]
+    lines: Floats, at: Floats, bright: Floats, times: list[float], bits: int, seed: tuple[int, int, int]
 ) -> NDArray[np.uint8]:
     """Expose, blur, add noise, quantise."""
     import cv2
@@ -191,7 +189,7 @@ def _take(
 
 def _true_cloud(
     calibration: Calibration, instrument: Rig, target: Target, ply: bool
-) -> tuple[F32, NDArray[np.bool_], F64]:
+) -> tuple[Singles, NDArray[np.bool_], Floats]:
     """Points on the rectified left grid, which of them are lit and seen by both cameras, and the pose."""
     rectified, left = calibration.rectified, instrument.left
     width, height = rectified.pixels

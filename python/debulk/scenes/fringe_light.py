@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scenes import mold
 from debulk.scenes.fringe_rig import View
 from debulk.scenes.raycast import Target
-
-F64 = NDArray[np.float64]
 
 GAMMA = 1.25  # gamma that remains in a projector with a linear table
 BLUR_PIXELS = 0.7  # of the projector's lens, standard deviation
@@ -25,7 +24,7 @@ _GLOSS_POWER = 140.0  # the greater it is, the narrower the highlights
 _WEAVE_MM = 30.0  # two tows
 
 
-def light_lines(patterns: NDArray[np.uint8]) -> F64:
+def light_lines(patterns: NDArray[np.uint8]) -> Floats:
     """(n, L) light over the projector's width in L samples, with gamma, pixels and blur; white is 1."""
     shown = patterns[:, patterns.shape[1] // 2].astype(np.float64) / 255.0
     fine = np.repeat(DARK + (1 - DARK) * shown**GAMMA, _OVERSAMPLED, axis=1)
@@ -40,7 +39,7 @@ def light_lines(patterns: NDArray[np.uint8]) -> F64:
 class Texture:
     """Smooth random variation over mold XY, with mean 0 and deviation 1, made of waves of 7 to 25 mm."""
 
-    waves: F64  # (K, 3) wave vector per mm, phase
+    waves: Floats  # (K, 3) wave vector per mm, phase
 
     @classmethod
     def drawn(cls, rng: np.random.Generator, count: int = 16) -> Texture:
@@ -49,7 +48,7 @@ class Texture:
         k = 2 * np.pi / length
         return cls(np.column_stack([k * np.cos(direction), k * np.sin(direction), rng.uniform(0, 2 * np.pi, count)]))
 
-    def at(self, x: F64, y: F64) -> F64:
+    def at(self, x: Floats, y: Floats) -> Floats:
         """Values at these points."""
         total = np.zeros(x.shape)
         for kx, ky, phase in self.waves:
@@ -58,13 +57,13 @@ class Texture:
 
 
 def reflectance(
-    points: F64,
+    points: Floats,
     on_ply: NDArray[np.bool_],
     target: Target,
     camera: View,
     projector: View,
     textures: tuple[Texture, Texture],
-) -> F64:
+) -> Floats:
     """Share of the projector's light that (H, W, 3) points reflect towards a camera.
 
     The ply is woven, with fibres alternately along x and y. A fibre shines where the half-way direction between
@@ -99,5 +98,5 @@ def reflectance(
     return np.asarray(np.where(on_ply, carbon, bare))
 
 
-def _unit(v: F64) -> F64:
+def _unit(v: Floats) -> Floats:
     return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))

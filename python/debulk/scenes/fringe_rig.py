@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scanner import Calibration
 from debulk.scanner.undistort import undistorted
 from debulk.scenes import mold
 from debulk.scenes.raycast import Rays, Target, hit
-
-F64 = NDArray[np.float64]
 
 BASELINE_MM = 420.0
 PROJECTOR_DOWN_MM = 60.0  # distance from the baseline, towards the image's lower edge
@@ -25,14 +23,14 @@ _BLOCK_ROWS = 64
 class View:
     """A camera or projector: x_mold = rotation @ x + centre in OpenCV's frame; matrix and distortion give pixels."""
 
-    rotation: F64
-    centre: F64
-    matrix: F64
-    distortion: F64
+    rotation: Floats
+    centre: Floats
+    matrix: Floats
+    distortion: Floats
     width: int
     height: int
 
-    def project(self, points: F64) -> F64:
+    def project(self, points: Floats) -> Floats:
         """Convert (N, 3) points in the mold's frame to (N, 2) pixels."""
         import cv2
 
@@ -40,7 +38,7 @@ class View:
         pixels, _ = cv2.projectPoints(local[:, None], np.zeros(3), np.zeros(3), self.matrix, self.distortion)
         return np.asarray(pixels, np.float64).reshape(-1, 2)
 
-    def rays(self, rows: slice) -> F64:
+    def rays(self, rows: slice) -> Floats:
         """(rows, W, 3) directions in the mold's frame, one unit along the axis."""
         some = np.arange(rows.start, rows.stop, dtype=np.float64)
         column, row = np.meshgrid(np.arange(self.width, dtype=np.float64), some)
@@ -79,7 +77,7 @@ def rig(seed: int, pixels: tuple[int, int], projector_pixels: tuple[int, int]) -
     return Rig(views[0], views[1], _view(_aim(place, np.zeros(3)), place, projector_pixels, np.zeros(5)))
 
 
-def _aim(centre: F64, off_rad: F64) -> F64:
+def _aim(centre: Floats, off_rad: Floats) -> Floats:
     import cv2
 
     forward = _LOOK_AT - centre
@@ -90,7 +88,7 @@ def _aim(centre: F64, off_rad: F64) -> F64:
     return np.asarray(rotation @ cv2.Rodrigues(off_rad)[0])
 
 
-def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) -> View:
+def _view(rotation: Floats, centre: Floats, pixels: tuple[int, int], distortion: Floats) -> View:
     """Choose the focal length at which the mold fills the image except for a margin of 3 %."""
     width, height = pixels
     seen = (mold.rim() - centre) @ rotation
@@ -100,7 +98,9 @@ def _view(rotation: F64, centre: F64, pixels: tuple[int, int], distortion: F64) 
     return View(rotation, centre, matrix, distortion, width, height)
 
 
-def depths(view: View, directions: F64, first: int, centre: F64, target: Target, ply: bool, spare: int = 6) -> F64:
+def depths(
+    view: View, directions: Floats, first: int, centre: Floats, target: Target, ply: bool, spare: int = 6
+) -> Floats:
     """Find the distance to the first surface along each of (rows, W, 3) directions, those of ``view`` from a row on.
 
     It says where bells may be.
@@ -122,7 +122,7 @@ def depths(view: View, directions: F64, first: int, centre: F64, target: Target,
     return out
 
 
-def _box(view: View, foot: F64, thickness_mm: float, height_mm: float, spare: int) -> tuple[int, int, int, int]:
+def _box(view: View, foot: Floats, thickness_mm: float, height_mm: float, spare: int) -> tuple[int, int, int, int]:
     z = mold.height(foot[:, 0], foot[:, 1]) + thickness_mm
     pixel = view.project(np.concatenate([np.column_stack([foot, z]), np.column_stack([foot, z + height_mm])]))
     low, high = np.floor(pixel.min(axis=0)).astype(int) - spare, np.ceil(pixel.max(axis=0)).astype(int) + spare + 1

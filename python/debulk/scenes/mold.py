@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from debulk.arrays import Floats
 
 HALF_X_MM = 600.0
 HALF_Y_MM = 450.0
@@ -21,14 +21,14 @@ HIGHEST_MM = 1.0
 _UU, _VV, _UV, _UUU, _UUV, _UUVV = -27.0, -21.0, 4.0, 3.0, -3.0, 3.0
 
 
-def height(x: F64, y: F64) -> F64:
+def height(x: Floats, y: Floats) -> Floats:
     """Height of the (unbounded) mold surface above the crest, mm."""
     u = x * (1 / HALF_X_MM)
     v = y * (1 / HALF_Y_MM)
     return np.asarray(u * (u * (_UU + _UUU * u + v * (_UUV + _UUVV * v)) + _UV * v) + _VV * v * v)
 
 
-def height_and_slopes(x: F64, y: F64) -> tuple[F64, F64, F64]:
+def height_and_slopes(x: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
     """Height of the (unbounded) mold surface in mm, and its slopes dz/dx and dz/dy."""
     u = x * (1 / HALF_X_MM)
     v = y * (1 / HALF_Y_MM)
@@ -39,7 +39,7 @@ def height_and_slopes(x: F64, y: F64) -> tuple[F64, F64, F64]:
     return z, z_u * (1 / HALF_X_MM), z_v * (1 / HALF_Y_MM)
 
 
-def inside(x: F64, y: F64) -> NDArray[np.bool_]:
+def inside(x: Floats, y: Floats) -> NDArray[np.bool_]:
     """Whether a point lies on the mold, as seen along z."""
     return np.asarray((np.abs(x) <= HALF_X_MM) & (np.abs(y) <= HALF_Y_MM))
 

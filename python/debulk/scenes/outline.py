@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-F64 = NDArray[np.float64]
+from debulk.arrays import Floats
 
 HALF_X_MM = 565.0
 HALF_Y_MM = 415.0
@@ -14,7 +14,7 @@ WAVE_MM = 3.0  # the outline stays within this distance of the rounded rectangle
 _STEP_MM = 4.0
 
 
-def rounded_rectangle_distance(x: F64, y: F64) -> F64:
+def rounded_rectangle_distance(x: Floats, y: Floats) -> Floats:
     """Signed distance to the regular rounded rectangle, negative inside, mm."""
     qx = np.abs(x) - (HALF_X_MM - CORNER_MM)
     qy = np.abs(y) - (HALF_Y_MM - CORNER_MM)
@@ -22,7 +22,7 @@ def rounded_rectangle_distance(x: F64, y: F64) -> F64:
     return np.asarray(outside + np.minimum(np.maximum(qx, qy), 0.0) - CORNER_MM)
 
 
-def irregular_outline(rng: np.random.Generator) -> F64:
+def irregular_outline(rng: np.random.Generator) -> Floats:
     """(M, 2) outline in mold XY, counter-clockwise, with the last point joined to the first, mm."""
     sx, sy, arc = 2 * (HALF_X_MM - CORNER_MM), 2 * (HALF_Y_MM - CORNER_MM), 0.5 * np.pi * CORNER_MM
     lengths = np.array([sy, arc, sx, arc, sy, arc, sx, arc])
@@ -50,7 +50,7 @@ def irregular_outline(rng: np.random.Generator) -> F64:
 class StarPolygon:
     """A polygon of which every point is visible from the origin, with a fast, exact inside test."""
 
-    def __init__(self, vertices: F64) -> None:
+    def __init__(self, vertices: Floats) -> None:
         angles = np.arctan2(vertices[:, 1], vertices[:, 0])
         first = int(np.argmin(angles))
         self.vertices = np.roll(vertices, -first, axis=0)
@@ -58,7 +58,7 @@ class StarPolygon:
         if np.any(np.diff(self._angles) <= 0):
             raise AssertionError("the outline is not star-shaped about the origin")
 
-    def inside(self, x: F64, y: F64) -> NDArray[np.bool_]:
+    def inside(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """Whether points lie inside; clear cases by the rounded rectangle, the others by the edge of their sector."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         sure = WAVE_MM + 1.0
@@ -76,7 +76,7 @@ class StarPolygon:
         return result
 
 
-def _edge_spans(a: F64, b: F64, radius: float) -> tuple[F64, F64]:
+def _edge_spans(a: Floats, b: Floats, radius: float) -> tuple[Floats, Floats]:
     """Parts of the edges a→b inside the circle round the origin: parameters from, to in [0, 1]; equal if none."""
     d = b - a
     dd = np.einsum("ij,ij->i", d, d)
@@ -86,11 +86,11 @@ def _edge_spans(a: F64, b: F64, radius: float) -> tuple[F64, F64]:
     return np.clip((-ad - half) / dd, 0.0, 1.0), np.clip((-ad + half) / dd, 0.0, 1.0)
 
 
-def _angle(p: F64, q: F64) -> F64:
+def _angle(p: Floats, q: Floats) -> Floats:
     return np.asarray(np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.einsum("ij,ij->i", p, q)))
 
 
-def disc_area_inside(vertices: F64, radius: float) -> float:
+def disc_area_inside(vertices: Floats, radius: float) -> float:
     """Exact area common to a counter-clockwise polygon and the disc of this radius round the origin.
 
     Each edge forms a triangle with the origin; the part of it in the disc is a sector, a triangle and a sector.
@@ -102,7 +102,7 @@ def disc_area_inside(vertices: F64, radius: float) -> float:
     return float(0.5 * np.sum(sectors + p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]))
 
 
-def disc_outline_inside(vertices: F64, radius: float, points: int) -> F64:
+def disc_outline_inside(vertices: Floats, radius: float, points: int) -> Floats:
     """Trace the boundary of that common area, counter-clockwise; the area must be star-shaped about the origin."""
     angles = 2 * np.pi * np.arange(points) / points
     circle = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -122,7 +122,7 @@ def disc_outline_inside(vertices: F64, radius: float, points: int) -> F64:
     return kept[np.argsort(np.arctan2(kept[:, 1], kept[:, 0]), kind="stable")]
 
 
-def _sees(points: F64, a: F64, b: F64) -> NDArray[np.bool_]:
+def _sees(points: Floats, a: Floats, b: Floats) -> NDArray[np.bool_]:
     """Whether points lie inside the polygon of edges a→b, by the parity of crossings of a ray along +x."""
     x, y = points[:, :1], points[:, 1:]
     straddles = (a[:, 1] <= y) != (b[:, 1] <= y)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scenes import outline
 from debulk.scenes.bump import Bell, Bump, Kind, clipped_area, cut_radius, measure, radii_for_area
-
-F64 = NDArray[np.float64]
 
 GAP_MM = 15.0  # least distance between two feet
 NEAR_GAP_MM = 7.0  # distance of the two feet put near each other on purpose
@@ -62,7 +60,7 @@ CUT_DECOYS = ((40.0, 1.2), (20.0, 1.8))  # area of the foot in cm², aspect; the
 
 
 def place(
-    rng: np.random.Generator, ply: F64, thickness_mm: float, cut_height_mm: float
+    rng: np.random.Generator, ply: Floats, thickness_mm: float, cut_height_mm: float
 ) -> tuple[list[Bump], list[Bump]]:
     """Pockets (largest first) and decoys of one layup, with feet at least GAP_MM apart, except the near pair."""
     level = cut_height_mm - thickness_mm
@@ -107,11 +105,11 @@ def _foot_area(recipe: Planned, level: float) -> float:
 
 
 def _throw(
-    rng: np.random.Generator, ply: F64, recipes: list[Planned], order: list[int], level: float, thickness_mm: float
+    rng: np.random.Generator, ply: Floats, recipes: list[Planned], order: list[int], level: float, thickness_mm: float
 ) -> dict[int, Bell] | None:
     """Try once to place a layup; return None if there was no room for some bump."""
     placed: dict[int, Bell] = {}
-    feet: list[F64] = []
+    feet: list[Floats] = []
     sides = rng.permutation(3)
     for i in order:
         recipe = recipes[i]
@@ -167,7 +165,7 @@ def _beside(rng: np.random.Generator, shape: Bell, neighbour: Bell) -> Bell:
     return bell
 
 
-def _at_edge(rng: np.random.Generator, ply: F64, shape: Bell, area_mm2: float, level: float, side: int) -> Bell:
+def _at_edge(rng: np.random.Generator, ply: Floats, shape: Bell, area_mm2: float, level: float, side: int) -> Bell:
     """Centre a bell in the ply, near enough to its edge to cut the contour too; its size gives the clipped area."""
     toward = (0.0, 0.5 * np.pi, -0.5 * np.pi)[side]  # not to the left, which is the noisy side
     outward = np.array([np.cos(toward), np.sin(toward)])
@@ -191,7 +189,7 @@ def _at_edge(rng: np.random.Generator, ply: F64, shape: Bell, area_mm2: float, l
     return scaled(0.5 * (small + large))
 
 
-def _apart(foot: F64, other: F64, least_mm: float) -> bool:
+def _apart(foot: Floats, other: Floats, least_mm: float) -> bool:
     """Whether two feet, both convex polygons of many points, keep at least this distance."""
     centre, other_centre = foot.mean(axis=0), other.mean(axis=0)
     between = float(np.hypot(*(centre - other_centre)))
@@ -207,7 +205,7 @@ def _apart(foot: F64, other: F64, least_mm: float) -> bool:
     return not _holds(other, centre) and not _holds(foot, other_centre)
 
 
-def _holds(convex: F64, point: F64) -> bool:
+def _holds(convex: Floats, point: Floats) -> bool:
     edge = np.roll(convex, -1, axis=0) - convex
     to = point - convex
     return bool(np.all(edge[:, 0] * to[:, 1] - edge[:, 1] * to[:, 0] >= 0))

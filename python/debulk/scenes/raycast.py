@@ -11,16 +11,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from debulk.arrays import Floats, Singles
 from debulk.scenes import mold
 from debulk.scenes.bump import Bell
 from debulk.scenes.camera import Camera
 from debulk.scenes.outline import StarPolygon
 from debulk.scenes.spoil import Spoiling
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 _BLOCK_ROWS = 16  # this affects the result, as each block has its own stream of noise
 _MOLD_STEPS = 3  # the error falls from 60 mm to about 1e-1, 1e-6, below 1e-12 mm
@@ -41,27 +38,27 @@ class Target:
 class Rays:
     """A block of rays, x_mold = centre + depth · (dx, dy, dz)."""
 
-    centre: F64
-    dx: F64
-    dy: F64
-    dz: F64
+    centre: Floats
+    dx: Floats
+    dy: Floats
+    dz: Floats
 
     def part(self, rows: slice, columns: slice) -> Rays:
         """Cut out a part of the block."""
         return Rays(self.centre, self.dx[rows, columns], self.dy[rows, columns], self.dz[rows, columns])
 
-    def xy(self, depth: F64) -> tuple[F64, F64]:
+    def xy(self, depth: Floats) -> tuple[Floats, Floats]:
         """Mold XY at these depths."""
         return self.centre[0] + depth * self.dx, self.centre[1] + depth * self.dy
 
-    def depth_at(self, z_mm: float) -> F64:
+    def depth_at(self, z_mm: float) -> Floats:
         """Depths at which the rays pass a height."""
         return np.asarray((z_mm - self.centre[2]) / self.dz)
 
 
 def cast(
     camera: Camera, target: Target, scan: Spoiling, reference: Spoiling | None, threads: int
-) -> tuple[F32, F32 | None]:
+) -> tuple[Singles, Singles | None]:
     """Cast the scan with the ply and, if requested, the reference without it, (H, W, 3), scanner frame, mm."""
     shape = (camera.height, camera.width, 3)
     with_cloud = np.empty(shape, dtype=np.float32)
@@ -106,8 +103,8 @@ def hit(
     column: int,
     target: Target,
     bell_boxes: list[tuple[int, int, int, int]],
-    with_ply: F64,
-    without: F64,
+    with_ply: Floats,
+    without: Floats,
 ) -> None:
     """Depths of the hits on mold and ply, which replace the table's; ``row``, ``column``: the block's first pixel."""
     depth = rays.depth_at(0.5 * (mold.LOWEST_MM + mold.HIGHEST_MM))
@@ -133,7 +130,7 @@ def hit(
     np.copyto(with_ply, depth, where=target.ply.inside(x, y))
 
 
-def _hit_bell(rays: Rays, target: Target, bell: Bell, depth: F64) -> None:
+def _hit_bell(rays: Rays, target: Target, bell: Bell, depth: Floats) -> None:
     """Replace depths on the laid ply with those of hits on a bell where the hit is within the bell's foot."""
     at = depth.copy()
     for _ in range(target.bell_steps):

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.arrays import Floats, Singles
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
 from debulk.scenes.camera import aim
@@ -21,8 +22,6 @@ from debulk.scenes.placement import place
 from debulk.scenes.raycast import Target, cast
 from debulk.scenes.spoil import spoil
 
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
@@ -44,12 +43,12 @@ class Truth:
     reference_flying: Mask = field(repr=False)
     _ply: StarPolygon = field(repr=False)
 
-    def mold_height(self, xy: ArrayLike) -> F64:
+    def mold_height(self, xy: ArrayLike) -> Floats:
         """Height of the mold, or of the table beside it; (..., 2) mold XY to (...) z, mm."""
         x, y = _xy(xy)
         return np.where(mold.inside(x, y), mold.height(x, y), mold.TABLE_Z_MM)
 
-    def ply_height_above_mold(self, xy: ArrayLike) -> F64:
+    def ply_height_above_mold(self, xy: ArrayLike) -> Floats:
         """Height of the ply's upper side above the mold, along z; 0 beside the ply; (..., 2) mold XY to (...), mm."""
         x, y = _xy(xy)
         height = np.full(x.shape, self.thickness_mm)
@@ -64,15 +63,15 @@ class Truth:
 class Layup:
     """A virtual layup as a scanner would see it, and the truth about it."""
 
-    scan: F32 = field(repr=False)
+    scan: Singles = field(repr=False)
     """(H, W, 3) organised cloud of the draped ply, scanner frame, mm; NaN where nothing was seen."""
-    reference: F32 = field(repr=False)
+    reference: Singles = field(repr=False)
     """(H, W, 3) organised cloud of the bare mold, in the same form."""
-    mold_from_scanner: F64
+    mold_from_scanner: Floats
     """4x4, x_mold = T x_scanner."""
     camera: tuple[float, float, float]
     """f, cx, cy in pixels: pixel (i, j) looks along ((j - cx) / f, (i - cy) / f, 1)."""
-    ply_outline: F64 = field(repr=False)
+    ply_outline: Floats = field(repr=False)
     """(M, 2) mold XY, counter-clockwise, with the last point joined to the first, mm."""
     truth: Truth = field(repr=False)
     _scanner: Scanner = field(repr=False)
@@ -218,7 +217,7 @@ def layup(
     return Layup(scan, reference, camera.mold_from_scanner, intrinsics, outline, truth, scanner)
 
 
-def _xy(xy: ArrayLike) -> tuple[F64, F64]:
+def _xy(xy: ArrayLike) -> tuple[Floats, Floats]:
     points = np.asarray(xy, dtype=np.float64)
     if points.ndim == 0 or points.shape[-1] != 2:
         raise InputError(f"xy: expected an array of shape (..., 2), but got {points.shape}")

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.scenes.camera import Camera
-
-F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 
 LEFT_NOISE = 3.0  # the image's left third is this many times noisier
 FLYING_MM = (1.0, 20.0)  # displacement along the ray, either way
@@ -26,11 +24,11 @@ class Spoiling:
     dropout: NDArray[np.bool_]
     flying: NDArray[np.bool_]
     flying_index: NDArray[np.int64]  # flat and sorted
-    flying_offset_mm: F64  # along the ray
+    flying_offset_mm: Floats  # along the ray
     noise_mm: float
     seed: tuple[int, int]  # scene, scan; each block of rows draws its noise from its own stream
 
-    def block(self, rows: slice, range_per_depth: F64, depth: F64) -> None:
+    def block(self, rows: slice, range_per_depth: Floats, depth: Floats) -> None:
         """Add noise and flying offsets to a block's depths (z in the scanner frame), in place."""
         width = depth.shape[1]
         if self.noise_mm > 0:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import ridge
+from debulk.arrays import Floats
 
 _ALONG = ((0, 1), (2, 3))  # columns of a net's neighbours, ahead and back, for each of the two fibre directions
 _ACROSS = _ALONG[::-1]  # columns of the neighbours on the next fibre, to either side
 
-Floats = NDArray[np.float64]
 Links = list[list[int]]
 
 

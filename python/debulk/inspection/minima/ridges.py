@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk import _core, section
+from debulk.arrays import Floats
 from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.net_crests import net_crests
 from debulk.inspection.minima.starts import Settled
@@ -24,8 +24,6 @@ from debulk.surface import Reference
 # the band about the ridge of a minimum at the ply's edge, where the highest ridge may stand anywhere in the pocket.
 HELD_SPREAD, EDGE_SPREAD = 0.21, 1.35
 _ENOUGH = 8  # minima: the farthest of so many sets the width of the band; the next one lies within it in 8 of 9 cases
-
-Floats = NDArray[np.float64]
 
 
 def of_excess(laid: LaidPocket, known: ExcessReport, foot: Foot) -> tuple[RidgeGeometry, ...]:

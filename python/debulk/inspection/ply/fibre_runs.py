@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from debulk import _core, fibre
+from debulk.arrays import Floats
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
 from debulk.inspection.ply.friction_length import friction_length
@@ -18,7 +19,6 @@ from debulk.pocket import Feet, Segmentation
 from debulk.recipe import Recipe, options
 from debulk.surface import Reference
 
-Floats = NDArray[np.float64]
 # Means over 3 mm and the interpolation between them left of the excess of bells 16, 20, 24 and 40 mm wide, on a map of
 # 0.8 mm: 0.44, 0.55, 0.67 and 0.86. That is exp(-25 (pitch / width)^2) within 0.04. It is to be a bound: of eight
 # scenes of the third family (bench/lab/third), on which it was not fitted, two needed 33, the others less.
