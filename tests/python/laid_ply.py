@@ -33,23 +33,40 @@ def inspector(regions: bool = True) -> debulk.Inspector:
     return debulk.Inspector(recipe, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
 
 
-def scan(shape: Shape, noise_mm: float = 0.02, seed: int = 0) -> NDArray[np.float32]:
-    """Move each point of the reference along its ray to where the ply is: a thickness and the shape above the mold."""
-    pose, reference = layup().mold_from_scanner, inspector().reference
+@cache
+def _laid() -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the points (N, 3) of the ply without any shape, their rays, which lie on the ply, and which are seen."""
+    pose = layup().mold_from_scanner
     points = layup().reference.reshape(-1, 3).astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
     seen = np.isfinite(points).all(axis=1)
     at = points[seen]
     rays = at - pose[:3, 3]
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     inside = pocket.inside(layup().ply_outline, at[:, :2])
+    _lift(at, rays, np.flatnonzero(inside), lambda x, y: np.zeros_like(x))
+    return at, rays, inside, seen
+
+
+def _lift(at: Floats, rays: Floats, those: NDArray[np.intp], shape: Shape) -> None:
+    """Move those of the points along their rays to a thickness and the shape above the mold."""
+    moved, along = at[those], rays[those]
     for _ in range(6):
-        x, y = at[inside, 0], at[inside, 1]
-        off = reference.height(np.stack([x, y], axis=1)) + THICKNESS_MM + shape(x, y) - at[inside, 2]
-        at[inside] += rays[inside] * (off / rays[inside, 2])[:, None]
+        x, y = moved[:, 0], moved[:, 1]
+        off = inspector().reference.height(moved[:, :2]) + THICKNESS_MM + shape(x, y) - moved[:, 2]
+        moved += along * (off / along[:, 2])[:, None]
+    at[those] = moved
+
+
+def scan(shape: Shape, noise_mm: float = 0.02, seed: int = 0) -> NDArray[np.float32]:
+    """Move each point of the reference along its ray to where the ply is: a thickness and the shape above the mold."""
+    laid, rays, inside, seen = _laid()
+    at = laid.copy()
+    on_ply = np.flatnonzero(inside)
+    _lift(at, rays, on_ply[shape(*at[on_ply, :2].T) != 0], shape)
     at += rays * np.random.default_rng(seed).normal(0.0, noise_mm, len(at))[:, None]
-    points[seen] = at
-    back = (points - pose[:3, 3]) @ pose[:3, :3]
-    return back.astype(np.float32).reshape(layup().reference.shape)
+    pose, points = layup().mold_from_scanner, np.full((len(seen), 3), np.nan)
+    points[seen] = (at - pose[:3, 3]) @ pose[:3, :3]
+    return points.astype(np.float32).reshape(layup().reference.shape)
 
 
 def bell(x0: float, y0: float, wide_mm: float, high_mm: float, long_mm: float | None = None) -> Shape:
