@@ -17,7 +17,7 @@ import numpy as np
 from cases import Case, make, truly
 
 import debulk
-from debulk.inspection.ply.friction_length import friction_length
+from debulk.inspection.ply.fibre_runs import friction_length
 
 PIXELS = (1280, 960)
 NEAR_MM = 0.05  # a true ridge this near to the limit may fall on either side

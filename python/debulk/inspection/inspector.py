@@ -29,7 +29,6 @@ from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judg
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.find.regions import finder_for
-from debulk.inspection.given import Given
 from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.lines import places
 from debulk.inspection.place import mold_edge
@@ -44,11 +43,10 @@ from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Prepared, prepare
-from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
+from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
-from debulk.inspection.running.preparation import Preparation
 from debulk.inspection.settling import unsettled
-from debulk.inspection.tracing import Tracing, checked_context, now_utc
+from debulk.inspection.tracing import Given, Tracing, checked_context, now_utc
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.approval import approvals

@@ -15,8 +15,8 @@ from debulk.files import replacing
 from debulk.grid import Grid
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.far_place import NEAR, FarPlace
-from debulk.inspection.given import Given
 from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.tracing import Given
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 

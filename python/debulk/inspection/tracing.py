@@ -7,6 +7,7 @@ import math
 import os
 import platform
 from collections.abc import Mapping
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
@@ -19,8 +20,23 @@ from debulk.arguments import of_type
 from debulk.build import build_id
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
-from debulk.inspection.given import Given
+from debulk.inspection.reference.prepared import Prepared
+from debulk.recipe import Recipe
 from debulk.results.trace import ArrayTrace, Trace
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """The arguments of `debulk.Inspector` that its file keeps and its reports name, under the names that it has."""
+
+    recipe: Recipe
+    reference: Prepared
+    ply_outline: NDArray[np.float64] | None
+    fibre_angles_deg: NDArray[np.float64] | Grid
+    nominal_angles_deg: Grid | None
+    mold_from_scanner: NDArray[np.float64] | None
+    camera: NDArray[np.float64] | None
+    mask: NDArray[np.bool_] | None
 
 
 class Tracing:

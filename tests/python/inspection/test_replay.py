@@ -7,7 +7,7 @@ import pytest
 
 import debulk
 from debulk import InputError, Recipe, scenes, sheet, solve, surface
-from debulk.inspection.minima import dumps, replay
+from debulk.inspection.minima import replay
 
 
 @pytest.fixture
@@ -90,5 +90,5 @@ def test_an_inspection_keeps_what_failed_and_what_was_slow(tmp_path, capsys):
 def test_a_folder_that_cannot_be_made_does_not_change_the_verdict(model, tmp_path, caplog):
     (tmp_path / "file").write_text("in the way")
     solution = solve.minimise(model)
-    dumps.keep(model, solution, False, 2.0, 7, Recipe(run={"dump_folder": str(tmp_path / "file"), "slow_ms": 1.0}))
+    replay.keep(model, solution, False, 2.0, 7, Recipe(run={"dump_folder": str(tmp_path / "file"), "slow_ms": 1.0}))
     assert "pocket 7 could not be kept" in caplog.text

@@ -8,7 +8,7 @@ import pytest
 import debulk
 import laid_ply
 from debulk import Recipe, Verdict
-from debulk.inspection.ply.friction_length import friction_length
+from debulk.inspection.ply.fibre_runs import friction_length
 from lab.varied import varied_layup
 
 WIDE_MM, HIGH_MM = 100.0, 5.0  # a bell with 0.62 mm to spare along its middle: a ridge of 0.44 mm, two of 0.75 mm

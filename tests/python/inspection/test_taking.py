@@ -5,7 +5,7 @@ import pytest
 
 from debulk import InputError, _core, cloud
 from debulk.inspection.clouds import cleaning, fingerprint
-from debulk.inspection.clouds.offset import raised
+from debulk.inspection.clouds.cleaning import raised
 from debulk.stopping import Running
 from debulk.workers import Workers
 

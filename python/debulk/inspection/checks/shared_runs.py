@@ -13,8 +13,7 @@ import numpy as np
 
 from debulk.inspection.find.found import FoundPocket, runs_over
 from debulk.inspection.ply import excess
-from debulk.inspection.ply.fibre_runs import ScanRuns
-from debulk.inspection.ply.friction_length import friction_length
+from debulk.inspection.ply.fibre_runs import ScanRuns, friction_length
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.finding import Finding
 from debulk.results.report import PocketReport

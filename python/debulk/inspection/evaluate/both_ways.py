@@ -51,7 +51,7 @@ def judged(
     evaluations: dict[str, list[Evaluation]] = {}
     own = hole.pocket | hole.unknown
     for way, heights in _ways(hole, ply, stop):
-        if way == _SPANNED and any(_verdict(done) is not Verdict.CREASE for done in evaluations.values()):
+        if way == _SPANNED and any(_worst(done).report.verdict is not Verdict.CREASE for done in evaluations.values()):
             break
         pieces = [] if heights is None else list(_pieces(found, own, hole, heights, ply, stop))
         if not pieces or not all(piece.foot.closed for piece in pieces):
@@ -102,10 +102,6 @@ def _pieces(
                 yield replace(found, segmentation=again, feet=feet, index=label - 1, runs=runs)
             return
         wanted.area_tol_mm2, wanted.peak_tol_mm = 0.0, 0.0
-
-
-def _verdict(evaluations: list[Evaluation]) -> Verdict:
-    return max(one.report.verdict for one in evaluations)
 
 
 def _worst(evaluations: list[Evaluation]) -> Evaluation:

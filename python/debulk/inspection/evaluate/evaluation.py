@@ -13,11 +13,11 @@ from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes import pocket_holes, unseen
 from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.lines.by_runs import ByRuns, by_runs, surely_held
-from debulk.inspection.minima import dumps, edge_friction, left_out, ridges, starts
-from debulk.inspection.minima.figures import debulked_figures, net_figures
+from debulk.inspection.minima import edge_friction, replay, ridges, starts
+from debulk.inspection.minima.figures import debulked_figures, left_out_of, net_figures
 from debulk.inspection.minima.laid_pocket import REFUSED, LaidPocket, lay_pocket
-from debulk.inspection.minima.stopwatch import Stopwatch
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.running.cycle import Stopwatch
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
 
@@ -129,7 +129,7 @@ def _with_picture(
         **debulked_figures(laid, settled),
     )
     late_for = "the certified minimum" if late else ""
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled), late_for)
+    return Evaluation(report, left_out_of(laid.sheet, settled), late_for)
 
 
 def _by_minima(
@@ -177,7 +177,7 @@ def _by_minima(
         **debulked_figures(laid, ends.counted),
     )
     cut = "the certified minimum" if late and not settled.cut else ends.late
-    return Evaluation(report, left_out.of_pocket(laid.sheet, settled) + ends.left_out, cut)
+    return Evaluation(report, left_out_of(laid.sheet, settled) + ends.left_out, cut)
 
 
 def _timed(laid: LaidPocket, watch: Stopwatch) -> starts.PostProcess:
@@ -205,7 +205,7 @@ def _settled(
         settled = starts.settle(
             laid.sheet, laid.recipe, post_process, stop, pool, judged_as=judged_as, for_the_picture=for_the_picture
         )
-    dumps.keep(
+    replay.keep(
         laid.sheet,
         settled.solution,
         settled.solution.status in REFUSED,

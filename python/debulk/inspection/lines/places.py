@@ -22,7 +22,7 @@ from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.ply import excess, polyline
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
-from debulk.inspection.running.stopping import heed
+from debulk.inspection.running.cycle import heed
 from debulk.pocket import Dropped
 from debulk.recipe import Recipe, options
 from debulk.results.report import LeftOut

@@ -1,4 +1,4 @@
-"""What a report says of the net of a pocket and of its minima."""
+"""What a report says of the net of a pocket and of its minima, and what they leave out."""
 
 from __future__ import annotations
 
@@ -6,10 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from debulk import ridge, solve
+from debulk import ridge, sheet, solve
 from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.starts import Settled
-from debulk.results.report import PocketNet, SolveReport
+from debulk.results.report import LeftOut, PocketNet, SolveReport
+
+_TERMS = {
+    "friction": LeftOut(
+        what="friction of pockets inside the ply",
+        why="their nets have no free edge",
+        bound="none: friction acts on free boundary nodes only",
+    ),
+    "gravity": LeftOut(what="gravity", why="the recipe's density or gravity is zero", bound="below 1e-4 of the vacuum"),
+}
 
 
 def net_figures(laid: LaidPocket) -> dict[str, Any]:
@@ -79,3 +88,17 @@ def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
         starts=len(solution.minima),
         doubt=certificate.failure,
     )
+
+
+def left_out_of(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
+    """Name the energy terms that the model of a pocket's ply omits, and the starts that a deadline cut off."""
+    entries = [_TERMS[name] for name in ply.left_out if name in _TERMS]
+    if settled.cut:
+        entries.append(
+            LeftOut(
+                what="some seeded starts",
+                why="the deadline passed",
+                bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
+            )
+        )
+    return tuple(entries)

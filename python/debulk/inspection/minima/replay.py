@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,6 +18,7 @@ from debulk.sheet import Sheet
 from debulk.solve import Solution, minimise
 from debulk.surface import Reference
 
+log = logging.getLogger("debulk")
 FORMAT = "debulk-solve-2"
 _MARGIN = 20  # grid spacings around the nodes: the effect of the spline's border falls by a factor of 4 per spacing
 _OPTIONS = {"method", "starts", "first_start", "seed", "tolerance", "max_iterations", "stiffness"}
@@ -88,3 +91,26 @@ def main(paths: list[Path]) -> int:
         print(f"  now:  {_ended(solution)}")
         code = code if solution.certified else 1
     return code
+
+
+def keep(
+    ply: Sheet, solution: Solution, refused: bool, took_ms: float, number: int, recipe: Recipe, *, first: int = 0
+) -> None:
+    """Write the solve of pocket `number` into the recipe's folder, if it has one and the solve failed or was slow.
+
+    `first` is the number of the first start that was tried. If the folder cannot be written to, a warning is logged
+    and the verdict is not affected.
+    """
+    folder, wanted = recipe.run.dump_folder, recipe.solve
+    if folder is None or refused or (solution.certified and took_ms <= recipe.run.slow_ms):
+        return
+    path = Path(folder) / f"{datetime.now(UTC):%Y%m%dT%H%M%S}_pocket_{number}.json"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        options = wanted.model_dump(include={"method", "seed", "tolerance", "max_iterations", "stiffness"})
+        starts = first + max(1, len(solution.minima))
+        dump(path, ply, solution, starts=starts, first_start=first, **options)
+    except OSError as error:
+        log.warning("the solve of pocket %d could not be kept: %s: %s", number, path, error.strerror or error)
+    else:
+        log.info("the solve of pocket %d is kept in %s", number, path)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds.offset import raised
+from debulk.inspection.clouds.cleaning import raised
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason, width_of
 from debulk.inspection.evidence.outline import Outline

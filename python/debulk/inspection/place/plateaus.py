@@ -17,7 +17,7 @@ from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.reference.prepared import Prepared
-from debulk.inspection.running.stopping import heed
+from debulk.inspection.running.cycle import heed
 from debulk.recipe import Recipe, options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding

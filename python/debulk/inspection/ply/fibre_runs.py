@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
@@ -14,10 +15,11 @@ from debulk import _core, fibre
 from debulk.arrays import Floats
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
-from debulk.inspection.ply.friction_length import friction_length
 from debulk.pocket import Feet, Segmentation
 from debulk.recipe import Recipe, options
+from debulk.ridge import excess_of_ridge
 from debulk.surface import Reference
+from debulk.verdict import natural_length
 
 # Means over 3 mm and the interpolation between them left of the excess of bells 16, 20, 24 and 40 mm wide, on a map of
 # 0.8 mm: 0.44, 0.55, 0.67 and 0.86. That is exp(-25 (pitch / width)^2) within 0.04. It is to be a bound: of eight
@@ -113,3 +115,17 @@ class PlyFibres:
         field = _core.fibre.measure_excess(self._lines, windows, self._reference, whole, wanted, stop)
         made = fibre.from_core(field)
         return ScanRuns(made.runs, made.largest, self._lines, field)
+
+
+def friction_length(recipe: Recipe) -> float:
+    """Return the length of flat ply, mm, that a fold as high as the limit can move against friction: H / (mu P).
+
+    Its end force H comes from the closed form for small folds, which lies above the exact force (docs/model.md,
+    section 6).
+    """
+    material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
+    if material.friction == 0:
+        return math.inf
+    natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
+    held_mm = max(excess_of_ridge(limits.max_ridge_mm, material.thickness_mm), 1e-3 * natural_mm)
+    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)

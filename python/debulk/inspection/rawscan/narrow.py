@@ -23,7 +23,7 @@ from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.ply.humps import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
-from debulk.inspection.running.stopping import heed
+from debulk.inspection.running.cycle import heed
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict

@@ -20,8 +20,8 @@ from debulk.inspection.clouds.far_place import NEAR, FarPlace
 from debulk.inspection.clouds.thinning import complete, pitch_of, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.reference import frame, resolution
+from debulk.inspection.running.cycle import Preparation
 from debulk.inspection.running.effort import check_map
-from debulk.inspection.running.preparation import Preparation
 from debulk.recipe import Recipe
 from debulk.results.trace import ArrayTrace
 

@@ -1,15 +1,18 @@
-"""The clock of one inspection (deadline, time of each stage, progress), and the handling of Ctrl-C."""
+"""The clocks of an inspection, of its preparation and of a pocket: deadline, times, progress, and the way out."""
 
 from __future__ import annotations
 
 import logging
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import wait
 from contextlib import contextmanager
-from typing import TypeVar
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 from debulk import _core
 from debulk._core import InputError
+from debulk.stopping import known
 from debulk.workers import Workers
 
 log = logging.getLogger("debulk")
@@ -83,3 +86,60 @@ def in_parallel(stop: _core.Stop, work: Callable[[], Result], threads: int) -> I
         return
     with Workers(1, stop) as pool:
         yield pool.submit(work).result
+
+
+Result = TypeVar("Result")
+
+
+class Preparation:
+    """Runs the steps of a preparation one after the other.
+
+    `progress` is called in the calling thread with the name of the step and the share of the work that is done, when a
+    step begins and about twenty times a second until it ends. An exception that it raises ends the preparation: the
+    step's threads are stopped and waited for, and then the exception is raised.
+    """
+
+    def __init__(self, progress: Progress | None = None) -> None:
+        self._cycle = Cycle(progress=progress)
+
+    @property
+    def stop(self) -> _core.Stop:
+        """The stop that is raised when the preparation is to end; long-running work checks it."""
+        return self._cycle.stop
+
+    def step(self, name: str, done: float, work: Callable[[], Result]) -> Result:
+        """Do one step, at whose beginning the share `done` of the whole work is done."""
+        with (
+            self._cycle.stage(name, done),
+            known(self.stop),
+            Workers(1, self.stop) as pool,
+        ):
+            running = pool.submit(work)
+            while not wait([running], BEAT_S).done:
+                self._cycle.report(name, done)
+            return running.result()
+
+
+def heed(stop: _core.Stop | None, what: str) -> None:
+    """Raise `Stopped`, with `what` in its message, if the stop is raised or its deadline has passed."""
+    if stop is not None and stop.now():
+        raise _core.Stopped(f"{what} was stopped")
+
+
+@dataclass
+class Stopwatch:
+    """Milliseconds per step, without those of the steps nested in it."""
+
+    split_ms: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        """Time the body as a part of the step."""
+        began, before_ms = time.perf_counter(), sum(self.split_ms.values())
+        yield
+        within_ms = sum(self.split_ms.values()) - before_ms
+        self.split_ms[name] = self.split_ms.get(name, 0.0) + 1e3 * (time.perf_counter() - began) - within_ms
+
+    def figures(self) -> dict[str, Any]:
+        """Return the times as a report has them."""
+        return {"runtime_ms": sum(self.split_ms.values()), "runtime_split_ms": self.split_ms}
