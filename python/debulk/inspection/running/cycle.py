@@ -88,9 +88,6 @@ def in_parallel(stop: _core.Stop, work: Callable[[], Result], threads: int) -> I
         yield pool.submit(work).result
 
 
-Result = TypeVar("Result")
-
-
 class Preparation:
     """Runs the steps of a preparation one after the other.
 
