@@ -124,6 +124,41 @@ def test_pockets_and_loose_borders_may_stand_up_by_their_share():
     assert "too high everywhere" not in lifted[0] and "too high everywhere" in lifted[1]
 
 
+QUARTER = 0.8 * (np.arange(len(XY)) % 4 == 0)  # of the squares stand up, evenly spread
+
+
+@pytest.mark.parametrize(
+    ("height_mm", "words"),
+    [
+        (0.30 + 0.12, "lies 0.12 mm too high everywhere"),
+        (0.30 + 0.045 + 0.09 * U, "is tilted by"),  # less than half the tolerance too high
+        (0.30 + 0.015 + 0.12 * U**2, "is bent by"),
+        (0.80 + QUARTER, "too high everywhere"),  # as many as a quarter of the wrong squares may be left
+        (0.80 + 0.5 * (np.arange(len(XY)) % 3 - 1), "worst by"),  # too low and too high do not make up for each other
+        (0.01 + 0.115 * U, "too low everywhere"),  # a bare mold, too, but for a tilt
+    ],
+)
+def test_a_fit_explains_what_is_larger_than_its_share_of_the_tolerance(height_mm, words):
+    assert words in judged(height_mm, 1e-6)[0]
+
+
+def test_a_bend_that_is_lost_in_the_noise_of_single_squares_is_no_tilt():
+    blocks = replace(squares(0.30 + 0.6 * (U**2 - 0.25)), error_mm=np.full(len(XY), 0.5))
+    found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
+    assert "is bent by" in level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe()).text
+
+
+def test_the_limits_within_which_no_ply_is_seen():
+    recipe = Recipe(level={"largest_share": 0.25})
+    said, figures, found = judged(0.0 + QUARTER, 1e-6, recipe)  # just as many squares may stand up
+    assert said.startswith("no ply is seen")
+    reason = level_reason(replace(figures, laid_mm=0.1), found, recipe)  # the tolerance
+    assert reason.text.startswith("no ply is seen")
+    assert reason.remedy == "look whether the ply is on the mold, and give the reference from before it was draped"
+    half = level_reason(replace(figures, laid_mm=-0.15), found, recipe)
+    assert not half.text.startswith("no ply is seen")
+
+
 def test_the_tolerance_and_the_share_are_the_recipes():
     height = THICKNESS_MM + 0.08
     assert judged(height)[0] == "" and judged(height, recipe=Recipe(level={"tol_mm": 0.05}))[0] != ""

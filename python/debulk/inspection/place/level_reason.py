@@ -49,10 +49,10 @@ def level_reason(
             "look whether the ply is on the mold, and give the reference from before it was draped",
         )
     enough = max(share, LIMITS.explained_share * wrong)
-    left = [found.left(tol, k) for k in range(3)]
     # A fit of negligible size explains nothing, even if little is left after subtracting it.
-    sizes = zip((abs(median), float(np.ptp(found.fits_mm[1])), level.bow_mm), (0.5, 1.0, 0.5), strict=True)
-    counts = [size_mm > max(share_of_tol * tol, LIMITS.least_mm) for size_mm, share_of_tol in sizes]
+    sizes_mm = np.array([abs(median), np.ptp(found.fits_mm[1]), level.bow_mm])
+    counts = sizes_mm > np.maximum(tol * np.array([0.5, 1.0, 0.5]), LIMITS.least_mm)
+    left = [found.left(tol, k) for k in range(3)]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
     step = step_of(found, 2 if order is None else max(1, order))
