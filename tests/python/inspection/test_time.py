@@ -150,14 +150,14 @@ def planted(monkeypatch, where, error):
 
         monkeypatch.setattr(evaluation, "lay_pocket", lay)
     elif where == "keep":
-        whole = evaluation.dumps.keep
+        whole = evaluation.replay.keep
 
         def keep(*args, **more):
             if args[4] == number:
                 raise error
             return whole(*args, **more)
 
-        monkeypatch.setattr(evaluation.dumps, "keep", keep)
+        monkeypatch.setattr(evaluation.replay, "keep", keep)
     else:
         whole = evaluation.lay_pocket
 
