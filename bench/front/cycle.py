@@ -68,7 +68,7 @@ def fibres_ms(inspector, scan) -> float:
     found, best = inspector.find(scan), np.inf
     for _ in range(10):
         began = time.process_time()
-        inspector.ply.fibres.over(found.parts, debulk._core.Stop(), whole=found.regions is None, threads=0)
+        inspector.ply.fibres.over(found.parts, debulk._core.Stop(), whole=True, threads=0)
         best = min(best, 1e3 * (time.process_time() - began))
     return best
 
@@ -162,52 +162,31 @@ def bars(rows) -> str:
     )
 
 
-def difference(regions, whole) -> str:
-    """Return by how much the use of regions changes the result."""
-    if len(regions.pockets) != len(whole.pockets):
-        return f"regions against the whole scan: {len(regions.pockets)} pockets instead of {len(whole.pockets)}"
-    pairs = list(zip(regions.pockets, whole.pockets, strict=True))
-    area, volume = (max(abs(getattr(a, k) / getattr(b, k) - 1) for a, b in pairs) for k in ("area_mm2", "volume_mm3"))
-
-    def farthest(name: str) -> float:
-        both = [(getattr(a, name), getattr(b, name)) for a, b in pairs]
-        return max((abs(a - b) for a, b in both if a is not None and b is not None), default=0.0)  # None: refused
-
-    rms, ridge = farthest("rms_mm"), farthest("ridge_height_mm")
-    same = sum(a.verdict == b.verdict for a, b in pairs)
-    return (
-        f"regions against the whole scan: {same} of {len(pairs)} verdicts the same; "
-        f"largest differences: area {area:.1e}, volume {volume:.1e}, RMS {rms:.1e} mm, ridge {ridge:.1e} mm"
-    )
-
-
-FRONT = ("sample", "coarse", "clean", "fill", "grid", "spikes", "median")
+FRONT = ("clean", "fill", "grid", "spikes", "median")
 
 
 def case(title: str, stem: str, width: int, height: int, count: int):
-    """Return lines and bars of one scene, with regions of interest and without."""
+    """Return lines and bars of one scene."""
     scan, reference, pose, outline = load(stem, width, height)
     began = time.perf_counter()
-    regions = debulk.Inspector(None, reference, outline, mold_from_scanner=pose)
+    usual = debulk.Inspector(None, reference, outline, mold_from_scanner=pose)
     lines = [title, f"  the first reference prepared in {time.perf_counter() - began:.1f} s, with all imports"]
     lines += next_reference(reference, outline, pose)
 
     def other(**sections: dict[str, object]) -> debulk.Inspector:
-        return debulk.Inspector(debulk.Recipe(**sections), regions.prepared, outline, mold_from_scanner=pose)
+        return debulk.Inspector(debulk.Recipe(**sections), usual.prepared, outline, mold_from_scanner=pose)
 
-    always = {"when": "always"}
     reading = reading_ms(scan)
     lines.append(f"  reading the cloud once, what memory allows: {reading:.1f} ms")
     for name, kind in (("XXH3", "xxh3"), ("SHA-256", "sha256")):
         hashing = hashing_ms(scan, kind)
         lines.append(f"  its {name}: {hashing:.0f} ms of processor time, {1e-6 * scan.nbytes / hashing:.2f} GB/s")
     lines.append("")
-    rows, reports = [(f"{title}: read", {"reading the cloud": reading})], []
+    rows = [(f"{title}: read", {"reading the cloud": reading})]
     for name, inspector in (
-        ("regions", regions),
-        ("regions, every net and minimum", other(solve=always)),
-        ("regions, with SHA-256", other(run={"hash_scan": "sha256"})),
-        ("whole scan", other(segmentation={"regions": False})),
+        ("cycle", usual),
+        ("with every net and minimum", other(solve={"when": "always"})),
+        ("with SHA-256", other(run={"hash_scan": "sha256"})),
     ):
         first, (wall, processor, report) = cycles(inspector, scan, count)
         report = report.as_decided()
@@ -237,20 +216,9 @@ def case(title: str, stem: str, width: int, height: int, count: int):
             late = latencies(inspector, scan, wall, cancel)
             if late:
                 lines.append(f"  {kind} answered after {np.median(late):.0f} ms, {max(late):.0f} ms at most")
-        looked = inspector.find(scan).regions
-        if looked is not None:
-            lines += [
-                f"  the coarse pass reads every {looked.rows}th row ({looked.rows * looked.pixel_mm:.1f} mm) and "
-                f"{looked.columns}th column near the ply; an eye of the mesh holds {looked.eye_mm2 / 100:.2f} cm² "
-                "(AreaTol 2 cm²)",
-                f"  of the pixels {100 * looked.read_share:.0f} % are read by it and the sample, "
-                f"{100 * looked.image_share:.0f} % worked on",
-                *(f"  left out: {e.what}: {e.why} ({e.bound})" for e in report.left_out if "threshold" in e.what),
-            ]
         lines.append("")
         rows.append((f"{title}: {name}", report.timings_ms))
-        reports.append(report)
-    return [*lines, difference(reports[0], reports[-1]), "", ""], rows
+    return [*lines, ""], rows
 
 
 def main() -> None:

@@ -224,8 +224,7 @@ def main():
         with busy(count), right_of as how:
             took, report = series(instrument, inspector, left, right, cycles)
         say(f"{count} busy programs beside it, {how} (load before: {before:.1f}), {said(took)}")
-        why = [f"; regions of interest: {one.why}" for one in report.left_out if one.what == "regions of interest"]
-        say(f"  {report.verdict.name}, {len(report.pockets)} pockets: {report.reason}{''.join(why)}")
+        say(f"  {report.verdict.name}, {len(report.pockets)} pockets: {report.reason}")
         given.output.write_text("\n".join(lines) + "\n")
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from tables import HERE
 
 from debulk import Inspector, net, pocket, ridge, scenes, surface
-from debulk.recipe import Recipe
 
 THICKNESS_MM = 0.3
 LIMIT_MM = 0.60
@@ -144,8 +143,7 @@ def _of_layup(seed: int) -> Iterator[Pocket]:
     """
     cut = float(np.random.default_rng(seed).uniform(1.2, 2.2))
     layup = scenes.layup(seed=seed, pixels=(1280, 960), cut_height_mm=cut)
-    recipe = Recipe(segmentation={"regions": False})
-    inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     for one in inspector.find(layup.scan).pockets:
         found, foot = one.pocket, one.foot
         if foot.area_mm2 > LARGEST_FOOT_MM2:

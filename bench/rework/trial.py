@@ -97,7 +97,7 @@ def creasing(family: str, seed: int) -> Iterator[Task]:
         return
     given = given_right(layup)
     thickness_mm = getattr(layup, "thickness_mm", Recipe().material.thickness_mm)
-    recipe = Recipe(material={"thickness_mm": thickness_mm}, segmentation={"regions": False})
+    recipe = Recipe(material={"thickness_mm": thickness_mm})
     inspector = Inspector(
         recipe, given.reference, given.ply_outline, given.fibre_angles_deg,
         mold_from_scanner=given.mold_from_scanner, mask=given.mask,

@@ -40,7 +40,6 @@ KNOBS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
         "median of 5": {"clean": {"median_cells": 5}},
         "2 neighbours": {"clean": {"neighbours": 2}},
     },
-    "regions": {"whole scan": {"segmentation": {"regions": False}}},
     "minima": {"if needed (default)": {"solve": {"when": "needed"}}},
     "starts": {f"{n}": {"solve": {"starts": n, "most_starts": n}} for n in (1, 16)},
     "tolerance": {"1e-4": {"solve": {"tolerance": 1e-4}}},
@@ -52,8 +51,8 @@ LINES_MM = (1.0, 4.0, 8.0)  # no setting of a recipe, but of debulk.fibre.measur
 DEADLINES_S = (0.05, 0.1, 0.2)
 # What the picture calls the default of each knob; None: no value to name.
 DEFAULTS = {
-    "heights apart": "as scanned", LINES: "2 mm", "filters": "median of 3, 4 neighbours", "regions": "regions",
-    "minima": "always", "starts": "2 to 8", "tolerance": "1e-8", "nodes of a net": "100", "criterion": "excess",
+    "heights apart": "as scanned", LINES: "2 mm", "filters": "median of 3, 4 neighbours", "minima": "always",
+    "starts": "2 to 8", "tolerance": "1e-8", "nodes of a net": "100", "criterion": "excess",
     "threads": "all", "deadline": "none",
 }  # fmt: skip
 

@@ -68,7 +68,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--out", type=Path)
     wanted = parser.parse_args()
-    recipe = debulk.Recipe(segmentation={"regions": False})
+    recipe = debulk.Recipe()
     limit, margin = recipe.verdict.max_ridge_mm, recipe.verdict.excess_margin_mm
     lines, table, off = (
         ["  no  layup  true ridge  lines: low estimate  high  by them    worst place"],

@@ -198,10 +198,22 @@ void bind_pocket(py::module_ m) {
   m.def("segment", &segment_arrays, py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"),
         py::arg("measured").none(true), py::arg("before_median").none(true), py::arg("threads"), py::arg("stop"));
 
-  // Works on the front end's last scan.
+  // The overview of the front end's last scan: heights as (values, origin, spacing), and the areas that were not seen.
   m.def(
-      "find_unseen", [](const FrontEnd& front, const UnseenOptions& options) { return find_unseen(front.overview(), options); },
-      py::arg("front"), py::arg("options"), py::call_guard<py::gil_scoped_release>());
+      "find_unseen",
+      [](const FrontEnd& front, const UnseenOptions& options) {
+        Overview map;
+        Unseen unseen;
+        {
+          const py::gil_scoped_release release;
+          map = front.overview();
+          unseen = find_unseen(map, options);
+        }
+        const Eigen::Vector2d origin = map.heights.origin;
+        const double spacing = map.heights.spacing;
+        return py::make_tuple(grid_values(std::move(map.heights)), row(origin), spacing, unseen);
+      },
+      py::arg("front"), py::arg("options"));
 
   py::class_<Foot>(m, "Foot")
       .def_readonly("label", &Foot::label)

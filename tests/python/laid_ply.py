@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 import debulk
 from debulk import pocket, scenes
-from debulk.recipe import Recipe
 
 Floats = NDArray[np.float64]
 Shape = Callable[[Floats, Floats], Floats]  # height above the laid ply from x and y, mold frame, mm
@@ -26,11 +25,10 @@ def layup(seed: int = 3) -> scenes.Layup:
 
 
 @cache
-def inspector(regions: bool = True) -> debulk.Inspector:
+def inspector() -> debulk.Inspector:
     """Prepare for scans of plies on that mold."""
     one = layup()
-    recipe = Recipe(segmentation={"regions": regions})
-    return debulk.Inspector(recipe, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
+    return debulk.Inspector(None, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
 
 
 @cache

@@ -116,8 +116,7 @@ def cases(
     """
     for seed in layups:
         layup = scenes.layup(seed=seed, pixels=pixels)
-        whole = recipe.model_copy(update={"segmentation": {"regions": False}})
-        inspector = Inspector(whole, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+        inspector = Inspector(recipe, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
         laid = []
         for found in inspector.find(layup.scan).pockets[:pockets]:
             for target in node_targets:

@@ -28,7 +28,7 @@ from debulk.inspection.comparing import check_place, compared, consolidated, of_
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
-from debulk.inspection.find.regions import finder_for
+from debulk.inspection.find.whole_scan import WholeScanFinder
 from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.lines import places
 from debulk.inspection.place import mold_edge
@@ -208,7 +208,7 @@ class Inspector:
             self.chain = chain
             self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
             preparation.step("fibres", 0.93, self.ply.prepare)
-            self._finder = preparation.step("regions", 0.94, lambda: finder_for(self.setup))
+            self._finder = preparation.step("front end", 0.94, lambda: WholeScanFinder(self.setup))
             self._lying = _Lying(self.ply, preparation.step("humps", 0.98, found), Tracing(self._given))
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
@@ -457,7 +457,7 @@ class Inspector:
     def _with_runs(self, found: Found, ply: PlyOnMold, stop: _core.Stop, pitch_mm: float = 0.0) -> Found:
         """Return what was found, with the runs of the fibre lines over it, in a scan with points so far apart."""
         threads = self.recipe.run.threads
-        runs = ply.fibres.over(found.parts, stop, whole=found.regions is None, threads=threads)
+        runs = ply.fibres.over(found.parts, stop, whole=True, threads=threads)
         coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
         beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
         if self.setup.outline is None:
@@ -468,7 +468,7 @@ class Inspector:
         """Find the pockets of a scan without the shift of far clouds."""
         with self._finding.held():
             if self._finding.torn:
-                self._finder, self._finding.torn = finder_for(self.setup), False
+                self._finder, self._finding.torn = WholeScanFinder(self.setup), False
             found = self._finder.find(scan, self.mask, stop)
         if self._below is not None:
             found = replace(found, left_out=(*found.left_out, self._below.left_out()))

@@ -114,27 +114,6 @@ def bridges_from_mm(recipe: Recipe) -> float:
     return max(material.thickness_mm / 30, counts_from_mm(recipe) - material.thickness_mm / material.bulk_factor)
 
 
-def flag_mm(recipe: Recipe) -> float:
-    """Return the height above the reference, mm, from which the ply may crease without a pocket, and is looked at.
-
-    A ply that is too short for a hollow has no excess length that lifts it, so it stands no higher now than it will
-    after debulking. If half the cut is lower, that is taken: a row of hills must be this high to make a ridge.
-    """
-    thickness_mm = recipe.material.thickness_mm
-    as_laid_mm = counts_from_mm(recipe) + thickness_mm - thickness_mm / recipe.material.bulk_factor
-    return min(recipe.segmentation.cut_height_mm / 2, max(as_laid_mm, thickness_mm + recipe.patch.mold_tol_mm))
-
-
-def regions(recipe: Recipe, spacing_mm: float, ply_outline: NDArray[np.float64] | None) -> _core.region.RegionOptions:
-    """Return the options that determine how pockets are found through regions of interest."""
-    options = _core.region.RegionOptions()
-    options.front = front_end(recipe, spacing_mm)
-    options.segment = segment(recipe, ply_outline)
-    options.feet = feet(recipe)
-    options.flag_mm = flag_mm(recipe)
-    return options
-
-
 def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     """Return the options that determine how a pocket's net is laid."""
     options = _core.net.LayPocketOptions()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from debulk import _core
 from debulk.recipe.section import Section
@@ -85,11 +86,12 @@ class Segmentation(Section):
     peak_tol_mm: UpTo100 = Field(
         default=_SEGMENT.peak_tol_mm, description="pockets with a lower peak, above the cut height, are dropped"
     )
-    regions: bool = Field(
-        default=True,
-        description="read in full only what stands up in a coarse pass, which is fine enough to find every pocket; "
-        "false: always the whole scan",
-    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_regions(cls, values: Any) -> Any:
+        """Leave out `regions`, which recipes up to 0.5.0 set and which changed no verdict: every scan is read whole."""
+        return {key: values[key] for key in values if key != "regions"} if isinstance(values, Mapping) else values
 
 
 class Clean(Section):

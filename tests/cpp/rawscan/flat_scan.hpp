@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "debulk/rawscan/standing_wrinkles.hpp"
-#include "region/looking_down.hpp"
+#include "surface/looking_down.hpp"
 
 // Scans of what stands on the plane z = 0, and the finder of what is too narrow for the filters.
 namespace debulk::flat_scan {

@@ -34,14 +34,12 @@ def prepared(family):
 
 
 @functools.cache
-def inspector(family, regions, **settings):
+def inspector(family, **settings):
     g = given(family)
-    recipe = Recipe(segmentation={"regions": regions}, **settings)
-    return Inspector(recipe, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+    return Inspector(Recipe(**settings), prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
 
 
 BOTH = pytest.mark.parametrize("family", list(SEEDS))
-MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole"])
 
 
 def in_mold(family, motion):
@@ -92,11 +90,10 @@ OUT_OF_PLACE = {
 
 
 @BOTH
-@MODES
 @pytest.mark.parametrize("name", list(OUT_OF_PLACE))
-def test_a_scan_out_of_place_is_invalid_and_the_reason_says_how(family, regions, name):
+def test_a_scan_out_of_place_is_invalid_and_the_reason_says_how(family, name):
     make, reason = OUT_OF_PLACE[name]
-    report = inspector(family, regions).inspect(make(family))
+    report = inspector(family).inspect(make(family))
     assert report.verdict is Verdict.INVALID
     assert not report.passed
     assert not report.timings_ms.get("debulk")  # nothing was solved for it
@@ -104,19 +101,16 @@ def test_a_scan_out_of_place_is_invalid_and_the_reason_says_how(family, regions,
 
 
 @BOTH
-@MODES
-def test_swapped_scan_and_reference(family, regions):
+def test_swapped_scan_and_reference(family):
     g = given(family)
-    recipe = Recipe(segmentation={"regions": regions})
-    report = Inspector(recipe, g.scan, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.reference)
+    report = Inspector(None, g.scan, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.reference)
     assert report.verdict is Verdict.INVALID
     assert "scan and reference are swapped" in report.reason
 
 
 @BOTH
-@MODES
-def test_the_figures_of_a_good_scan_stand_in_the_report_and_come_back_from_its_file(family, regions, tmp_path):
-    report = inspector(family, regions).inspect(given(family).scan)
+def test_the_figures_of_a_good_scan_stand_in_the_report_and_come_back_from_its_file(family, tmp_path):
+    report = inspector(family).inspect(given(family).scan)
     level = report.level
     assert level.thickness_mm == 0.3
     assert abs(level.laid_mm - 0.3) < 0.02
@@ -133,22 +127,14 @@ def test_the_figures_of_a_good_scan_stand_in_the_report_and_come_back_from_its_f
 
 
 @BOTH
-def test_both_modes_read_the_same_level(family):
-    one, other = (inspector(family, regions).inspect(given(family).scan).level for regions in (True, False))
-    assert abs(one.laid_mm - other.laid_mm) < 0.002
-    assert abs(one.tilt_deg - other.tilt_deg) < 0.0005
-
-
-@BOTH
-@MODES
-def test_an_offset_is_taken_out_only_where_the_recipe_allows_it_and_then_shown(family, regions):
+def test_an_offset_is_taken_out_only_where_the_recipe_allows_it_and_then_shown(family):
     scan = in_mold(family, shift(z=0.3))
-    kept = inspector(family, regions).inspect(given(family).scan)
-    limited = Recipe(segmentation={"regions": regions}, level={"remove_offset_mm": 0.2})
+    kept = inspector(family).inspect(given(family).scan)
+    limited = Recipe(level={"remove_offset_mm": 0.2})
     g = given(family)
     again = Inspector(limited, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
     assert again.inspect(scan).verdict is Verdict.INVALID
-    allowed = Recipe(segmentation={"regions": regions}, level={"remove_offset_mm": 0.5})
+    allowed = Recipe(level={"remove_offset_mm": 0.5})
     again = Inspector(allowed, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
     report = again.inspect(scan)
     assert report.level.removed_offset_mm == pytest.approx(0.3, abs=0.02)
@@ -160,11 +146,9 @@ def test_an_offset_is_taken_out_only_where_the_recipe_allows_it_and_then_shown(f
 
 
 @BOTH
-@MODES
-def test_a_recipe_thicker_than_the_ply_is_named(family, regions):
+def test_a_recipe_thicker_than_the_ply_is_named(family):
     g = given(family)
     recipe = Recipe(
-        segmentation={"regions": regions},
         material={"thickness_mm": 0.8},
         verdict={"max_rms_mm": 0.7, "max_ridge_mm": 1},
     )
@@ -174,9 +158,8 @@ def test_a_recipe_thicker_than_the_ply_is_named(family, regions):
     assert "the thickness in the recipe" in report.reason
 
 
-@MODES
-def test_a_pocket_that_covers_the_ply_is_none(regions):
-    report = inspector("first", regions).inspect(bent("first", lambda u, v: 6 * (1 - u * u) * (1 - v * v)))
+def test_a_pocket_that_covers_the_ply_is_none():
+    report = inspector("first").inspect(bent("first", lambda u, v: 6 * (1 - u * u) * (1 - v * v)))
     assert report.verdict is Verdict.INVALID
 
 
@@ -209,17 +192,14 @@ def test_a_reference_in_another_unit_is_refused(factor, word):
         Inspector(None, (g.reference * factor).astype(np.float32), mold_from_scanner=pose)
 
 
-@MODES
-def test_clouds_in_inches_or_centimetres_never_pass(regions):
+def test_clouds_in_inches_or_centimetres_never_pass():
     g = given("first")
     for factor in (0.1, 1 / 25.4):
         pose = g.mold_from_scanner.copy()
         pose[:3, 3] *= factor
         clouds = [(c * factor).astype(np.float32) for c in (g.reference, g.scan)]
         try:
-            report = Inspector(
-                Recipe(segmentation={"regions": regions}), clouds[0], None, mold_from_scanner=pose
-            ).inspect(clouds[1])
+            report = Inspector(None, clouds[0], None, mold_from_scanner=pose).inspect(clouds[1])
         except InputError:
             continue
         assert report.verdict is Verdict.INVALID

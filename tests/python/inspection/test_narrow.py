@@ -122,9 +122,8 @@ def _quantised(scan, step_mm, seed=1):
 # --- what it does to a layup ---
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_wrinkle_of_3_by_8_mm_decides(regions):
-    report = laid_ply.inspector(regions).inspect(laid_ply.scan(_fold(3, 8, 200, 0), noise_mm=0.05))
+def test_a_wrinkle_of_3_by_8_mm_decides():
+    report = laid_ply.inspector().inspect(laid_ply.scan(_fold(3, 8, 200, 0), noise_mm=0.05))
     assert report.verdict is Verdict.CREASE
     assert "a wrinkle stands already" in report.reason
     (wrinkle,) = report.wrinkles
@@ -132,9 +131,8 @@ def test_a_wrinkle_of_3_by_8_mm_decides(regions):
     assert wrinkle.length_mm == pytest.approx(200, abs=4)
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_bumps_leave_the_layup_undecided_and_the_report_says_where(regions):
-    report = laid_ply.inspector(regions).inspect(_scan(3))
+def test_bumps_leave_the_layup_undecided_and_the_report_says_where():
+    report = laid_ply.inspector().inspect(_scan(3))
     assert report.verdict is Verdict.UNDECIDED
     assert "narrower than what the height map resolves" in report.reason
     marked = [one.place_mm for one in report.left_out if one.what.startswith("a bump about")]  # on the page's map

@@ -32,10 +32,9 @@ def prepared(family):
     return Inspector(None, g.reference, mold_from_scanner=g.mold_from_scanner).prepared
 
 
-def inspect(family, regions, outline):
+def inspect(family, outline):
     g = given(family)
-    recipe = Recipe(segmentation={"regions": regions})
-    return Inspector(recipe, prepared(family), outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    return Inspector(None, prepared(family), outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
 
 
 def edges_mm(outline, heights):
@@ -47,7 +46,6 @@ def misfit(outline, heights):
 
 
 BOTH = pytest.mark.parametrize("family", ["first", "varied"])
-MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole"])
 
 
 @BOTH
@@ -72,11 +70,10 @@ def test_an_impossible_outline_is_refused(family, change, reason):
 
 
 @BOTH
-@MODES
 @pytest.mark.parametrize("size", [15, 40, 120])
-def test_a_shifted_outline_is_named_with_its_place_and_way(family, regions, size):
+def test_a_shifted_outline_is_named_with_its_place_and_way(family, size):
     outline = given(family).ply_outline
-    report = inspect(family, regions, outline + size * np.array([0.8, 0.6]))
+    report = inspect(family, outline + size * np.array([0.8, 0.6]))
     assert report.verdict is Verdict.INVALID
     if size <= 40:
         said = re.search(r"edge is elsewhere, round \(-?\d+, -?\d+\) mm (\d+) mm (inside|outside) it", report.reason)
@@ -86,12 +83,11 @@ def test_a_shifted_outline_is_named_with_its_place_and_way(family, regions, size
             assert 6 <= int(said[1]) <= size + 8
 
 
-@MODES
-def test_an_outline_of_another_shape_does_not_pass(regions):
+def test_an_outline_of_another_shape_does_not_pass():
     outline = given("first").ply_outline
     middle = outline.mean(axis=0)
     for other in (middle + 0.8 * (outline - middle), middle + (outline - middle)[:, ::-1] * 0.7):
-        report = inspect("first", regions, other)
+        report = inspect("first", other)
         assert report.verdict is Verdict.INVALID
         assert "the outline does not fit the scan" in report.reason
 
@@ -141,15 +137,13 @@ def from_y(corners, y):
     return np.array(kept)
 
 
-@MODES
-def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass(regions):
+def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass():
     """It was CEASE with all of it seen: the edge lies elsewhere along 19 % of this outline, and a fifth was allowed."""
     layup = varied_layup(70028, (1024, 768), severity="any", holes_mm=0, clamp=False, pockets=1)
     g = given_right(layup)
     (creasing,) = (p.outline_mm for p in layup.truth.pockets if p.ridge_mm > 0.7)
     short = from_y(g.ply_outline, creasing[:, 1].max() + 12)
-    recipe = Recipe(**g.recipe, segmentation={"regions": regions})
-    report = Inspector(recipe, g.reference, short, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    report = Inspector(Recipe(**g.recipe), g.reference, short, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
     assert report.verdict is Verdict.INVALID
     assert "the outline does not fit the scan" in report.reason
 
@@ -256,13 +250,12 @@ def test_what_rises_above_the_cut_hides_the_edge():
     assert np.nanmax(np.abs(found)) <= 4
 
 
-@MODES
-def test_a_part_of_the_ply_that_the_outline_leaves_out_does_not_pass(regions):
+def test_a_part_of_the_ply_that_the_outline_leaves_out_does_not_pass():
     """A corner of 60 mm, 5 % of the outline: nothing was said before, for there is no edge where the ply goes on."""
     outline = given("varied").ply_outline
     corner = outline[np.argmax(outline @ [1.0, 1.0])]
     short = cut_off(outline, corner @ [0.7071, 0.7071] - 40.0)
-    report = inspect("varied", regions, short)
+    report = inspect("varied", short)
     assert report.verdict is Verdict.INVALID
     assert re.search("the outline leaves out a part of the ply|the outline does not fit the scan", report.reason)
 

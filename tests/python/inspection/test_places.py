@@ -16,10 +16,9 @@ from debulk.verdict import Verdict
 from lab.varied import given_right, varied_layup
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_small_steep_bump_is_judged_and_creases(regions):
+def test_a_small_steep_bump_is_judged_and_creases():
     # 20 by 20 mm and 6 mm high: 1.8 cm² at the cut. By the arc of its profile a fibre over it is 3.5 mm too long.
-    report = laid_ply.inspector(regions).inspect(laid_ply.scan(laid_ply.bell(50, 30, 20, 6)))
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, 20, 6)))
     assert report.verdict is Verdict.CREASE
     (bump,) = report.pockets
     assert bump.area_mm2 < 200
@@ -27,11 +26,10 @@ def test_a_small_steep_bump_is_judged_and_creases(regions):
     assert np.linalg.norm(bump.outline_mm.mean(axis=0) - (50, 30)) < 1.0
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_wide_shallow_bump_stays_dropped_with_its_bound(regions):
+def test_a_wide_shallow_bump_stays_dropped_with_its_bound():
     # 80 by 80 mm and 2.8 mm high: its profile is 0.24 mm longer than its chord.
     scan = laid_ply.scan(laid_ply.bell(50, 30, 80, 2.8))
-    report = laid_ply.inspector(regions).inspect(scan)
+    report = laid_ply.inspector().inspect(scan)
     assert report.verdict is Verdict.CEASE
     assert report.pockets == ()
     (entry,) = [entry for entry in report.left_out if entry.what.startswith("bump of")]
@@ -52,9 +50,8 @@ def _shelf(x, y):
     return np.maximum(broad, ledge) + laid_ply.bell(83, 0, 24, 0.014)(x, y)
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_an_island_that_only_noise_parts_from_a_pocket_is_judged_with_it(regions):
-    inspector = laid_ply.inspector(regions)
+def test_an_island_that_only_noise_parts_from_a_pocket_is_judged_with_it():
+    inspector = laid_ply.inspector()
     found = inspector.find(laid_ply.scan(_shelf, noise_mm=0.03))
     assert len(found.pockets) == 1
     assert found.dropped
@@ -75,10 +72,9 @@ def _cross(half_mm, high_mm):
     return height
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_the_arms_of_a_branched_bump_are_not_stepped_over(regions):
+def test_the_arms_of_a_branched_bump_are_not_stepped_over():
     """25 mm wide and 2.85 mm high: a fibre is 1.08 mm too long, a ridge of 0.67 mm; the net sees two thirds of it."""
-    inspector = laid_ply.inspector(regions)
+    inspector = laid_ply.inspector()
     scan = laid_ply.scan(_cross(12.5, 2.85))
     assert inspector.find(scan).pockets == ()
     (place,) = judged(inspector, inspector.find(scan))
@@ -123,9 +119,8 @@ def _bent(radius_mm, half_mm, high_mm):
     return height
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_bent_bump_is_passed(regions):
-    inspector = laid_ply.inspector(regions)
+def test_a_bent_bump_is_passed():
+    inspector = laid_ply.inspector()
     scan = laid_ply.scan(_bent(60, 18, 2.5))
     assert [bump.reason for bump in inspector.find(scan).dropped] == ["peak"]
     assert inspector.inspect(scan).verdict is Verdict.CEASE
@@ -159,10 +154,9 @@ def test_places_that_a_deadline_cuts_off_leave_the_layup_undecided(monkeypatch):
     assert "deadline" in [one.check for one in report.findings if one.at_best is Verdict.UNDECIDED]
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
-def test_a_long_ridge_below_the_cut_is_not_passed(regions):
+def test_a_long_ridge_below_the_cut_is_not_passed():
     """A ridge of 1.9 mm above the mold, 6 by 150 mm: a fibre over it is 1.0 mm too long, and the filters lower it."""
-    inspector = laid_ply.inspector(regions)
+    inspector = laid_ply.inspector()
     scan = laid_ply.scan(laid_ply.bell(50, 30, 6, 1.6, 150))
     found = inspector.find(scan)
     assert (found.pockets, found.dropped) == ((), ())
@@ -209,14 +203,12 @@ def _dish(radius_mm, half_mm, flatter=1.0):
     return lambda x, y: -np.maximum(0.0, half_mm**2 - x * x - y * y) / (2 * radius_mm * flatter)
 
 
-@pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole scan"])
 @pytest.mark.parametrize(("radius_mm", "half_mm", "flatter"), [(40, 15, 1.3), (60, 25, 1.15), (100, 25, 1.2)])
-def test_a_ply_too_short_for_a_dish_does_not_pass_though_it_stands_low(radius_mm, half_mm, flatter, regions):
+def test_a_ply_too_short_for_a_dish_does_not_pass_though_it_stands_low(radius_mm, half_mm, flatter):
     """It stands 0.52 to 0.68 mm off the mold and stays there: with the ply 0.77 to 0.93 mm."""
     layup, mold = laid_ply.layup(), _dish(radius_mm, half_mm)
     reference = laid_ply.scan(lambda x, y: mold(x, y) - laid_ply.THICKNESS_MM, seed=1)
-    recipe = Recipe(segmentation={"regions": regions})
-    inspector = Inspector(recipe, reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    inspector = Inspector(None, reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     laid, short = (inspector.inspect(laid_ply.scan(_dish(radius_mm, half_mm, f))) for f in (1.0, flatter))
     assert laid.verdict is Verdict.CEASE, laid.reason
     assert short.verdict in (Verdict.UNDECIDED, Verdict.CREASE), short.reason

@@ -38,7 +38,7 @@ class Enough(Exception):
 
 @pytest.mark.parametrize("error", [Cancelled("enough"), Enough(), KeyboardInterrupt()])
 @pytest.mark.parametrize(
-    "stage", ["reference: copy", "reference: clean", "reference: grid", "reference: fit", "regions"]
+    "stage", ["reference: copy", "reference: clean", "reference: grid", "reference: fit", "front end"]
 )
 def test_an_exception_from_progress_ends_the_preparation(layup, stage, error):
     def progress(now, share):

@@ -28,7 +28,6 @@ def prepared(family):
 
 
 BOTH = pytest.mark.parametrize("family", ["first", "varied"])
-MODES = pytest.mark.parametrize("regions", [True, False], ids=["regions", "whole"])
 
 
 def points(cloud, step):
@@ -59,17 +58,10 @@ def test_a_coarse_reference_is_refused_with_figures(family, pitch_mm):
 
 
 @BOTH
-@MODES
 @pytest.mark.parametrize("thin", ["a list", "gaps in the image"])
-def test_a_thinned_scan_is_invalid_with_figures(family, regions, thin):
+def test_a_thinned_scan_is_invalid_with_figures(family, thin):
     g = given(family)
-    inspector = Inspector(
-        Recipe(segmentation={"regions": regions}),
-        prepared(family),
-        g.ply_outline,
-        g.fibre_angles_deg,
-        g.mold_from_scanner,
-    )
+    inspector = Inspector(None, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
     step = pixels(g.scan, 5)
     scan = points(g.scan, step * step) if thin == "a list" else with_gaps(g.scan, step)
     report = inspector.inspect(scan)
@@ -115,15 +107,6 @@ def test_a_setting_that_can_hide_a_pocket_is_refused(section, name, hides, shows
     Recipe(**{section: {name: hides}}, segmentation={"area_tol_mm2": 4000.0})
 
 
-def test_a_filter_that_takes_flanks_goes_the_whole_way():
-    g = given("first")
-    recipe = Recipe(clean={"least_ratio": 0.0})
-    inspector = Inspector(recipe, g.reference, g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
-    found = inspector.find(g.scan)
-    assert found.regions is None
-    assert "least_ratio" in found.left_out[0].why
-
-
 def bordered(height, width):
     """A scan with a loose border along the ply's lower edge and, in it, a bump with 1.4 mm of excess or more."""
     g = given("first")
@@ -146,18 +129,11 @@ def bordered(height, width):
     return (g.reference * (1 + (rise + noise) / fall)[..., None]).astype(np.float32)
 
 
-@MODES
 @pytest.mark.parametrize("height", [0.3, 0.4, 0.5])
 @pytest.mark.parametrize("width", [120.0, 190.0, 260.0])
-def test_a_creasing_pocket_in_a_loose_border_does_not_cease(regions, height, width):
+def test_a_creasing_pocket_in_a_loose_border_does_not_cease(height, width):
     g = given("first")
-    inspector = Inspector(
-        Recipe(segmentation={"regions": regions}),
-        prepared("first"),
-        g.ply_outline,
-        g.fibre_angles_deg,
-        g.mold_from_scanner,
-    )
+    inspector = Inspector(None, prepared("first"), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
     report = inspector.inspect(bordered(height, width))
     assert len(report.pockets) == 1
     assert report.verdict is not Verdict.CEASE, report.reason

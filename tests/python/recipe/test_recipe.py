@@ -28,7 +28,7 @@ def test_the_defaults_are_the_papers_tables():
         "pressure_mpa": 0.1, "gravity_m_s2": 9.81, "pressure_direction": "vertical", "lumping": "consistent",
     }  # fmt: skip
     assert recipe.segmentation.model_dump() == {
-        "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25, "regions": True,
+        "cut_height_mm": 2.0, "area_tol_mm2": 200.0, "peak_tol_mm": 1.25,
     }  # fmt: skip
     assert (recipe.clean.neighbours, recipe.clean.std_ratio, recipe.net.node_target) == (4, 1.0, 100)
     assert recipe.net.free_edge_mm == 20.0
@@ -50,7 +50,7 @@ def test_the_same_defaults_stand_in_the_core():
 def test_every_setting_is_described_and_every_dimension_named():
     plain = {
         "friction", "bulk_factor", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
-        "node_target", "paths", "regions", "when", "criterion",
+        "node_target", "paths", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
         "threads", "dump_folder", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
@@ -122,6 +122,16 @@ def test_all_wrong_values_come_in_one_error():
 )  # fmt: skip
 def test_an_unknown_name_is_told_its_neighbour(values, suggestion):
     assert suggestion in error_of(Recipe, **values)
+
+
+@pytest.mark.parametrize("value", ["true", "false"])
+def test_a_recipe_that_chooses_regions_of_interest_is_still_read(tmp_path, value):
+    path = tmp_path / "earlier.toml"
+    path.write_text(f"[segmentation]\ncut_height_mm = 1.8\nregions = {value}\n")
+    recipe = Recipe.load(path)
+    assert recipe == Recipe(segmentation={"cut_height_mm": 1.8})
+    assert recipe.model_copy(update={"segmentation": {"regions": True}}) == recipe
+    assert "regions" not in recipe.to_toml()
 
 
 def test_a_net_of_so_few_nodes_that_nothing_can_move_is_refused():

@@ -1,1 +1,1 @@
-"""From a scan to its pockets: through regions of interest, or in the whole scan."""
+"""From a scan to its pockets."""

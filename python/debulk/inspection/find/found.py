@@ -68,32 +68,6 @@ def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
     return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(one.crossing for one in pockets)]))
 
 
-@dataclass(frozen=True)
-class RegionFigures:
-    """How much of a scan was examined if its pockets were found through regions of interest."""
-
-    rows: int
-    columns: int
-    """`rows`, `columns`: steps between the rows and the columns of pixels that the coarse pass reads."""
-    pixel_mm: float
-    """Longest side of a pixel on the ply."""
-    eye_mm2: float
-    """Area between two such rows and two such columns; nothing larger can be missed there."""
-    flag_mm: float
-    """Height above which the coarse pass takes a pixel for a part of a pocket."""
-    windows: int
-    """Number of windows that were processed."""
-    read_share: float
-    image_share: float
-    """`read_share`, `image_share`: share of the pixels that the coarse pass and the sample of the outlier filter read,
-    and share that lies in windows."""
-    threshold_mm: float
-    threshold_error_mm: float
-    sample: int
-    """`threshold_mm`, `threshold_error_mm`, `sample`: threshold of the outlier filter, its standard error, and the
-    number of points that it was computed from; an error of 0 means that all points were used."""
-
-
 @dataclass(frozen=True, eq=False)
 class Found:
     """The pockets of a scan, found in one piece or in several.
@@ -118,9 +92,7 @@ class Found:
     times_ms: dict[str, float] = field(default_factory=dict)
     """Duration of each stage."""
     left_out: tuple[LeftOut, ...] = ()
-    """What this kind of search leaves out."""
-    regions: RegionFigures | None = None
-    """Figures of the regions of interest; None if the whole scan was processed."""
+    """What this search leaves out."""
     doubt: str = ""
     """Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for."""
     masked: tuple[bool, ...] = ()

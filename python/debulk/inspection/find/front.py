@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, arrays, pocket
 from debulk.cloud import as_cloud
+from debulk.grid import Grid
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
 
@@ -62,9 +63,10 @@ class FrontEnd:
         values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
 
-    def unseen(self, options: _core.pocket.UnseenOptions) -> _core.pocket.Unseen:
-        """Return what the last scan did not show of the ply, or of the reference if there is no outline."""
-        return _core.pocket.find_unseen(self._core, options)
+    def overview(self, options: _core.pocket.UnseenOptions) -> tuple[Grid, _core.pocket.Unseen]:
+        """Return the last scan's heights every 2 mm or so, and what was not seen of the ply, or else the reference."""
+        values, origin, spacing, unseen = _core.pocket.find_unseen(self._core, options)
+        return Grid(values, origin, spacing), unseen
 
     def pockets(
         self, wanted: _core.pocket.SegmentOptions, feet: _core.pocket.FootOptions, stop: _core.Stop

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud
 from debulk.arrays import Floats
-from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
@@ -24,21 +23,15 @@ class WholeScanFinder:
 
     def __init__(self, setup: Setup) -> None:
         self._setup, self._recipe = setup, setup.recipe
-        self._front: FrontEnd | None = None
-
-    def prepare(self) -> FrontEnd:
-        """Make the front end that the first scan needs, with its memory; later calls return the same one."""
-        if self._front is None:
-            self._front = FrontEnd(
-                self._setup.prepared.datum,
-                self._setup.prepared.image,
-                self._setup.mold_from_scanner,
-                options=options.front_end(self._recipe, self._setup.prepared.grid_spacing_mm),
-                box_mm=self._ply_box(),
-                threads=self._recipe.run.threads,
-                seen=self._setup.prepared.seen_on_grid(),
-            )
-        return self._front
+        self._front = FrontEnd(
+            setup.prepared.datum,
+            setup.prepared.image,
+            setup.mold_from_scanner,
+            options=options.front_end(setup.recipe, setup.prepared.grid_spacing_mm),
+            box_mm=self._ply_box(),
+            threads=setup.recipe.run.threads,
+            seen=setup.prepared.seen_on_grid(),
+        )
 
     def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan, scanner frame, mm; of an organised one, where the (H, W) mask is not True.
@@ -47,27 +40,22 @@ class WholeScanFinder:
         """
         stop = stop or _core.Stop()
         points = masked(scan, mask, "scan", stop)
-        front = self.prepare()
-        heights = front.inspect(points, stop, copy=False)  # in the front end's memory, until the next scan
+        front = self._front
+        front.inspect(points, stop, copy=False)
         times_ms, began = front.times_ms, time.perf_counter()
-        unseen = front.unseen(options.unseen(self._recipe, self._setup.outline))
+        overview, unseen = front.overview(options.unseen(self._recipe, self._setup.outline))
         if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
             return Found(
                 parts=(),
                 unseen=unseen,
-                overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
+                overview=overview,
                 times_ms=times_ms,
                 doubt=self._why_so_little(points, stop),
             )
         wanted = options.segment(self._recipe, self._setup.outline)
         part = front.pockets(wanted, options.feet(self._recipe), stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
-        return Found(
-            parts=(part,),
-            unseen=unseen,
-            overview=Grid(heights.values.copy(), heights.origin_mm, heights.spacing_mm),
-            times_ms=times_ms,
-        )
+        return Found(parts=(part,), unseen=unseen, overview=overview, times_ms=times_ms)
 
     def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
         """Return what is likely to be wrong with a scan that shows far too little of the ply."""
