@@ -113,7 +113,6 @@ void bind_options(py::module_ m) {
   py::class_<UnseenOptions>(m, "UnseenOptions")
       .def(py::init<>())
       .def_readwrite("area_tol_mm2", &UnseenOptions::area_tol_mm2)
-      .def_readwrite("fill_mm", &UnseenOptions::fill_mm)
       .def_property(
           "ply_outline",
           [](const UnseenOptions& o) -> std::optional<py::array_t<double>> {

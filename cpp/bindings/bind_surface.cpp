@@ -2,11 +2,11 @@
 #include <limits>
 #include <optional>
 #include <sstream>
+#include <tuple>
 
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
-#include "bindings/seen.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/datum.hpp"
@@ -19,6 +19,9 @@
 
 namespace debulk {
 namespace {
+
+// The heights to which a reference was fitted: values, origin, spacing.
+using SeenArray = std::tuple<Array<float>, std::array<double, 2>, double>;
 
 Eigen::Vector2d vector2(const std::array<double, 2>& v) {
   return {v[0], v[1]};
@@ -116,7 +119,8 @@ void bind_front_end(py::module_ m) {
              view.height = shape[0], view.width = shape[1];
              if (camera) view.camera = {(*camera)[0], (*camera)[1], (*camera)[2]};
              view.mold_from_scanner = pose_of(pose);
-             const std::optional<Grid<float>> fitted_to = seen_grid(seen);
+             std::optional<Grid<float>> fitted_to;
+             if (seen) fitted_to = to_grid(std::get<0>(*seen), vector2(std::get<1>(*seen)), std::get<2>(*seen), "seen");
              const py::gil_scoped_release release;
              return std::make_unique<FrontEnd>(std::move(reference), Eigen::Vector2d(box[0], box[1]), Eigen::Vector2d(box[2], box[3]), view,
                                                camera.has_value(), options, threads, fitted_to ? &*fitted_to : nullptr);

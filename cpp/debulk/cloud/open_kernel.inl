@@ -153,9 +153,8 @@ struct Finder {
 void run(const OpenTables& tables, long begin, long end, float* distances) {
   Finder finder(tables);
   const std::uint32_t last = tables.starts[end];
-  const auto known = [&](std::uint32_t k) { return tables.distance[k] == tables.distance[k]; };
   for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
-    if (k + ahead < last && !known(k + ahead)) finder.fetch(tables.index[k + ahead]);
-    distances[k] = known(k) ? tables.distance[k] : finder.find(k);
+    if (k + ahead < last) finder.fetch(tables.index[k + ahead]);
+    distances[k] = finder.find(k);
   }
 }

@@ -24,7 +24,7 @@ struct OpenTables {
   const float *u_low, *u_high, *v_low, *v_high;
   int bins_x;
   const std::uint32_t *starts, *index;
-  const float *x, *y, *z, *limit, *distance;
+  const float *x, *y, *z, *limit;
 };
 
 struct NearTile {
@@ -69,7 +69,6 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
   starts_.resize(bins + 1), starts_[bins] = first.back();
   const std::size_t padded = count_ + 16;
   index_.resize(padded), x_.resize(padded), y_.resize(padded), z_.resize(padded), limit_.resize(padded);
-  distance_.resize(padded);
   parallel_for(static_cast<long>(bands.size()), 1, threads, [&](long begin, long) {
     const auto band = static_cast<std::size_t>(begin);
     const auto width = static_cast<std::uint32_t>(cloud.width);
@@ -84,7 +83,7 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
     for (std::size_t b = low; b < high; ++b) end += std::exchange(starts_[b], end);
     for (const OpenPixel& p : bands[band].open) {
       const std::uint32_t at = starts_[bin_of(p)]++;
-      index_[at] = p.index, x_[at] = p.x, y_[at] = p.y, z_[at] = p.z, limit_[at] = p.limit, distance_[at] = p.distance;
+      index_[at] = p.index, x_[at] = p.x, y_[at] = p.y, z_[at] = p.z, limit_[at] = p.limit;
     }
     for (std::size_t b = high - 1; b > low; --b) starts_[b] = starts_[b - 1];  // filling the bins moved them on
     starts_[low] = first[band];
@@ -93,7 +92,7 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
 
 void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
   const OpenTables tables{&pass_,         stretch_,      u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
-                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data(),  distance_.data()};
+                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data()};
   distances.resize(count_);
   parallel_for(static_cast<long>(starts_.size()) - 1, 128, threads, stop,
                [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });

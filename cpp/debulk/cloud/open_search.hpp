@@ -18,8 +18,7 @@ class OpenSearch {
   // Sorts the open points into bins.
   void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, int threads);
 
-  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four. If
-  // OpenPixel::distance is known, it is taken in place of the point's own, and nothing is searched. `pass` and what it
+  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four. `pass` and what it
   // points to must still exist.
   void run(std::vector<float>& distances, int threads, const Stop& stop) const;
 
@@ -31,8 +30,8 @@ class OpenSearch {
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles
   int bins_x_ = 0;
   std::size_t count_ = 0;
-  std::vector<std::uint32_t> starts_, index_;        // start of each bin's points; their pixels, bin by bin
-  std::vector<float> x_, y_, z_, limit_, distance_;  // the open points, bin by bin
+  std::vector<std::uint32_t> starts_, index_;  // start of each bin's points; their pixels, bin by bin
+  std::vector<float> x_, y_, z_, limit_;       // the open points, bin by bin
 };
 
 }  // namespace debulk

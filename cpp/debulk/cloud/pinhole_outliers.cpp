@@ -29,8 +29,7 @@ bool PinholeOutliers::pass(WindowPass& window, double& tolerance_px, int threads
       open += static_cast<long>(b.open.size());
       summary_.seen += b.seen;
     }
-    if (strays == 0)
-      return fixed > 0 || (summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen));
+    if (strays == 0) return summary_.seen >= fewest && static_cast<double>(open) <= most_open * static_cast<double>(summary_.seen);
     if (tolerance_px >= pinhole_tolerance) return false;
     tolerance_px = pinhole_tolerance;
   }
@@ -47,10 +46,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   tiles_.resize(cloud.width, cloud.height);
   bands_.resize(static_cast<std::size_t>((cloud.height + band_rows - 1) / band_rows));
 
-  WindowPass window{cloud, camera, 0, 0, 0, certified, decisions_only ? fixed : 0, base, states_.data(), heights_.data(), &tiles_, isa};
+  WindowPass window{cloud, camera, 0, 0, 0, certified, base, states_.data(), heights_.data(), &tiles_, isa};
   double tolerance_px = tolerance;
   for (int round = 0;; ++round) {
-    window.low = fixed > 0 ? fixed : guess * (1 - band), window.high = fixed > 0 ? fixed : guess * (1 + band);
+    window.low = guess * (1 - band), window.high = guess * (1 + band);
     if (!pass(window, tolerance_px, threads, stop)) return false;
     if (round == 0) {
       search_.prepare(window, bands_, threads);
@@ -60,20 +59,13 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
     long count = 0;
     for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
     for (const float d : distances_) {
-      if (!std::isfinite(d)) {
-        if (fixed > 0) continue;  // a point that is alone in its part is removed
-        return false;
-      }
+      if (!std::isfinite(d)) return false;
       sum += d, squares += static_cast<double>(d) * d, ++count;
     }
     const double n = static_cast<double>(count);
     summary_.mean = count > 0 ? sum / n : 0;
     summary_.deviation = count > 1 ? std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1))) : 0;
     summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
-    if (fixed > 0) {
-      summary_.threshold = fixed;
-      break;
-    }
     guess = summary_.threshold;
     if (round > 0 || (guess > window.low && guess <= window.high)) break;
   }

@@ -14,18 +14,12 @@ namespace debulk {
 // further clouds of the same size allocate little.
 class PinholeOutliers {
  public:
-  // The expected threshold: that of the last cloud, or from elsewhere (0: unknown). Only the time depends on it.
+  // The expected threshold: that of the last cloud (0: unknown). Only the time depends on it.
   double guess = 0;
   // How far points may lie off their rays, in pixels. A cloud whose points lie farther off gets pinhole_tolerance, and
   // a second pass. The next cloud begins with this value again, because its figures must not depend on clouds before
   // it, not even by rounding.
   double tolerance = 0.01;
-  // For a part of a cloud: a threshold that is known already (0: determine the cloud's own). With it, a part is not
-  // refused for too few points or too many off the sheet. The summary's mean and deviation are still the part's own.
-  double fixed = 0;
-  // With `fixed`, if only the decisions are wanted. The summary's mean and deviation and open_distance() mean nothing
-  // then.
-  bool decisions_only = false;
   Isa isa = best_isa();
   // If false, the four nearest of the 5 by 5 pixels round a point are taken as its nearest without proof. This short
   // cut is for comparison.
@@ -47,10 +41,6 @@ class PinholeOutliers {
   }
   const Tiles& tiles() const { return tiles_; }
   const Outliers& summary() const { return summary_; }  // all but `keep`, which stays empty
-  long open() const { return static_cast<long>(distances_.size()); }
-  // The points that the pixel window left open, and their mean distances (infinite: alone).
-  std::uint32_t open_pixel(long k) const { return search_.pixel(static_cast<std::size_t>(k)); }
-  float open_distance(long k) const { return distances_[static_cast<std::size_t>(k)]; }
 
  private:
   bool pass(WindowPass& window, double& tolerance_px, int threads, const Stop& stop);

@@ -19,8 +19,7 @@ struct Doubtful {
   static constexpr int most = strip * tile_height;
   int count = 0;
   std::uint32_t index[most];
-  int place[most];    // in the strip's arrays
-  bool square[most];  // whether the whole square is in the image
+  int place[most];  // in the strip's arrays
   alignas(64) float z[most], nearest[4][most];
 };
 
@@ -102,7 +101,8 @@ DEBULK_INLINE void add_up(Floats sum, Floats squares, Ints certain, Ints seen, I
 // Decides the row's points. above, here: the links of the row above and of this row.
 DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns, const Row& row, const Links& above, const Links& here,
                           Strip& s, std::uint8_t* states, float* heights, WindowBand& out) {
-  const std::uint32_t index = static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
+  const std::uint32_t index =
+      static_cast<std::uint32_t>(at) * static_cast<std::uint32_t>(pass.cloud.width) + static_cast<std::uint32_t>(first);
   int places[strip + lanes], distances[strip + lanes], count = 0;  // of pixels that are to be resolved; bits of a float
   const Pinhole& camera = pass.camera;
   const Floats v = all(static_cast<float>(camera.v(at))), v_bound = all(bound(camera.v(at), 1, pass));
@@ -233,20 +233,6 @@ DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nea
 #endif
 }
 
-// A mean distance on the same side of the threshold as the point's own, if the square determines it; otherwise NaN. No
-// point outside the square has a squared distance below `reach`. The mean is too small if `reach` replaces all squared
-// distances above it, and too large if the points outside are ignored. It is summed and rounded as in OpenSearch, so
-// that the order is kept.
-DEBULK_INLINE float same_side(const Doubtful& d, int i, float reach, double threshold) {
-  double least = 0, most = 0;
-  for (const auto& nearest : d.nearest) {
-    least += std::sqrt(static_cast<double>(std::min(nearest[i], reach)));
-    most += std::sqrt(static_cast<double>(nearest[i]));
-  }
-  const float low = static_cast<float>(least / 4), high = static_cast<float>(most / 4);
-  return low > threshold ? low : high <= threshold ? high : nan;
-}
-
 // Gives the doubtful points of a row of tiles their second chance: first all distances are computed, then what follows
 // from them.
 DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
@@ -257,14 +243,13 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
     const int column = static_cast<int>(d.index[k] % width), row = static_cast<int>(d.index[k] / width);
     const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
     Nearest found;
-    d.square[k] = inside(column, cloud.width) && inside(row, cloud.height);
-    if (d.square[k]) visit_square(cloud, column, row, found), found.fourth();
+    if (inside(column, cloud.width) && inside(row, cloud.height)) visit_square(cloud, column, row, found), found.fourth();
     for (int n = 0; n < 4; ++n) d.nearest[n][k] = found.least[n][0];
     d.z[k] = cloud.point(column, row)[2];
   }
   const Pinhole& camera = pass.camera;
-  const double widest = std::max({std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)),
-                                  std::abs(camera.v(cloud.height - 1.0))});
+  const double widest = std::max(
+      {std::abs(camera.u(0)), std::abs(camera.u(cloud.width - 1.0)), std::abs(camera.v(0)), std::abs(camera.v(cloud.height - 1.0))});
   const float reach = pass.certified ? bound(widest, 2, pass) : std::numeric_limits<float>::max();
   const float low = static_cast<float>(pass.low), high = static_cast<float>(pass.high);
   for (int k = 0; k < d.count; k += lanes) {
@@ -276,9 +261,7 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
       const std::uint32_t index = d.index[i];
       if ((sure >> lane & 1) == 0) {
         const float* p = cloud.point(index);
-        const bool told = pass.side_of > 0 && d.square[i];
-        const float side = told ? same_side(d, i, reach * (d.z[i] * d.z[i]), pass.side_of) : nan;
-        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i], side});
+        out.open.push_back({index, p[0], p[1], p[2], d.nearest[3][i]});
         continue;
       }
       const float mean = distance[lane];

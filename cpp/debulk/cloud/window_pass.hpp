@@ -42,7 +42,6 @@ struct WindowPass {
   double tolerance = pinhole_tolerance;  // px
   double low = 0, high = 0;              // mm; a mean distance at or below low: kept, above high: removed
   bool certified = true;                 // see PinholeOutliers
-  double side_of = 0;                    // mm; if > 0, only the side of it matters for an open point's distance
   const RayBase* base = nullptr;         // null: no heights
   // Output, one value per pixel or tile.
   std::uint8_t* states = nullptr;
@@ -59,8 +58,7 @@ struct ClosePixel {
 struct OpenPixel {
   std::uint32_t index;
   float x, y, z;
-  float limit;     // squared distance within which there are four points; infinity: not known
-  float distance;  // mean, on the same side of WindowPass::side_of as the point's own; NaN: not known
+  float limit;  // squared distance within which there are four points; infinity: not known
 };
 
 struct WindowBand {

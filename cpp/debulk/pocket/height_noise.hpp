@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "debulk/core/grid.hpp"
 
 namespace debulk {
@@ -11,11 +9,5 @@ namespace debulk {
 // Noise that is correlated over neighbours (after a median filter, say) is underestimated. NaN where no 3 by 3 points
 // are known.
 double height_noise(const Grid<float>& heights);
-// The same over several rectangles of grids, [i0, i1) by [j0, j1), taken together.
-struct GridPart {
-  const Grid<float>* grid;
-  int i0, j0, i1, j1;
-};
-double height_noise(const std::vector<GridPart>& parts);
 
 }  // namespace debulk

@@ -153,21 +153,6 @@ double height_of(std::vector<float> rim) {
   return std::max(0.0F, rim[rank]);
 }
 
-// 1 where no height is known and the rule for small holes would fill in none. (A coarse pass fills nothing in.)
-Mask missing_in(const Grid<float>& heights, double fill_mm) {
-  auto missing = heights.like<std::uint8_t>();
-  std::transform(heights.values.begin(), heights.values.end(), missing.values.begin(), [](float z) { return std::isnan(z); });
-  for (const Component& c : components_of(missing)) {
-    int left = heights.nx, right = -1;
-    for (const Run& run : c.runs) left = std::min(left, run.begin), right = std::max(right, run.end - 1);
-    const int low = c.runs.front().row, high = c.runs.back().row;
-    const bool inside = left > 0 && low > 0 && right < heights.nx - 1 && high < heights.ny - 1;
-    if (!inside || (std::max(right - left, high - low) + 1) * heights.spacing > fill_mm) continue;
-    for (const Run& run : c.runs) std::fill(&missing.at(run.begin, run.row), &missing.at(run.begin, run.row) + (run.end - run.begin), 0);
-  }
-  return missing;
-}
-
 }  // namespace
 
 Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
@@ -181,7 +166,6 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   };
   const auto flag = [&](const Mask& mask, int i, int j) { return in_overview(i, j) && mask.at(i - field.i0, j - field.j0) != 0; };
 
-  const Mask open = missing_in(overview.heights, options.fill_mm);
   Mask missing = ply.like<std::uint8_t>(), unmeasured = missing;
   long on = 0, with_reference = 0;
   for (int j = 0; j < ny; ++j) {
@@ -191,14 +175,14 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     std::copy(on_ply, on_ply + nx, no_point);
     on += std::accumulate(on_ply, on_ply + nx, 0);
     if (!in_overview(field.i0, j)) continue;
-    const std::size_t row = open.index(0, j - field.j0);
-    const std::uint8_t *hidden = &open.values[row], *measured = &overview.measured.values[row],
-                       *reference = &overview.reference.values[row];
+    const std::size_t row = overview.heights.index(0, j - field.j0);
+    const float* heights = &overview.heights.values[row];
+    const std::uint8_t *measured = &overview.measured.values[row], *reference = &overview.reference.values[row];
     on_ply += field.i0, no_height += field.i0, no_point += field.i0;
     int known = 0;
-    for (int i = 0; i < open.nx; ++i) {
+    for (int i = 0; i < overview.heights.nx; ++i) {
       known += on_ply[i] & (reference[i] != 0);
-      no_height[i] &= hidden[i];
+      no_height[i] &= std::isnan(heights[i]);
       no_point[i] &= measured[i] == 0;
     }
     with_reference += known;

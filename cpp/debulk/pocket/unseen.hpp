@@ -10,7 +10,6 @@ namespace debulk {
 
 struct UnseenOptions {
   double area_tol_mm2 = 200.0;         // holes up to this area are only summed
-  double fill_mm = 20.0;               // rule for small holes: if no wider than this along x and y, they are filled in
   std::optional<Polygon> ply_outline;  // mold XY, mm; empty: unknown, and the reference stands for it
 };
 

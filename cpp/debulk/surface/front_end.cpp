@@ -97,12 +97,6 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   return map_;
 }
 
-Overview FrontEnd::overview() const {
-  // The first point of the grid that covers the whole reference.
-  const Eigen::Vector2d anchor = (reference_->heights().origin / options_.spacing).array().ceil() * options_.spacing;
-  return overview_of(map_, gaps_, anchor);
-}
-
 void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
   std::vector<float> points = transform(scan, view_.mold_from_scanner, threads_, stop);
   parallel_for(static_cast<long>(scan.size()), 1 << 18, threads_, stop, [&](long begin, long end) {

@@ -47,7 +47,7 @@ class FrontEnd {
 
   // Results of the last run.
   const HeightMap& map() const { return map_; }
-  Overview overview() const;  // on the same points whatever the box
+  Overview overview() const { return overview_of(map_, gaps_); }
   bool fast() const { return fast_; }
   // How much gridding blurred the heights, as a variance along x and along y: a top of curvature -c along both is
   // lower by c times this.

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 
-#include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 
 namespace debulk {
@@ -21,7 +20,6 @@ struct ImageTables {
   float f, cx, cy, up[3];  // up: the mold's z in the scanner's frame
   const float *heights, *tiles;
   int width, height, tile_pitch;
-  int left, top;  // of a part in the whole image, to whose pixels the camera refers
 };
 
 #define DEBULK_KERNEL "debulk/surface/image_kernel.inl"
@@ -100,17 +98,10 @@ ImageGridding::ImageGridding(const Reference& reference, const View& view, const
 }
 
 void ImageGridding::run(const PinholeOutliers& image, Grid<float>& grid, Isa isa, int threads, const Stop& stop) const {
-  run(image, {0, 0, view_.width, view_.height}, grid, 0, 0, isa, threads, stop);
-}
-
-void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads,
-                        const Stop& stop) const {
-  require(i0 % stretch_nodes == 0, "i0", "a multiple of 16", i0);
   const Eigen::Vector3f up = view_.rotation().row(2).transpose().cast<float>();
-  const std::size_t first = static_cast<std::size_t>(j0) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(i0 / stretch_nodes);
-  const ImageTables tables{point_x_.data() + first,
-                           point_y_.data() + first,
-                           point_z_.data() + first,
+  const ImageTables tables{point_x_.data(),
+                           point_y_.data(),
+                           point_z_.data(),
                            grid.nx,
                            across_,
                            static_cast<float>(view_.camera.f),
@@ -119,11 +110,9 @@ void ImageGridding::run(const PinholeOutliers& image, const Part& part, Grid<flo
                            {up.x(), up.y(), up.z()},
                            image.heights().data(),
                            image.tiles().mean_height.data(),
-                           part.width,
-                           part.height,
-                           image.tiles().pitch,
-                           part.column,
-                           part.row};
+                           view_.width,
+                           view_.height,
+                           image.tiles().pitch};
   parallel_for(grid.ny, 32, threads, stop, [&](long begin, long end) {
     for (long j = begin; j < end; ++j) grid_row(isa, tables, static_cast<int>(j), &grid.values[grid.index(0, static_cast<int>(j))]);
   });

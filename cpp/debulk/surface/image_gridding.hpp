@@ -45,14 +45,6 @@ class ImageGridding {
   // the image's middle.
   double blur_mm2() const { return blur_mm2_; }
 
-  // Where a part of the image that was cleaned by itself lies in the whole.
-  struct Part {
-    int column = 0, row = 0, width = 0, height = 0;  // pixels
-  };
-  // The same on a part of the grid that begins at node (i0, j0). i0 must be a multiple of 16.
-  void run(const PinholeOutliers& image, const Part& part, Grid<float>& grid, int i0, int j0, Isa isa, int threads,
-           const Stop& stop = Stop()) const;
-
  private:
   View view_;
   double blur_mm2_ = 0;

@@ -87,11 +87,11 @@ struct Nearest {
   Ints in, column, row;
 
   DEBULK_INLINE Nearest(const ImageTables& t, const Pixels& p) {
-    const Floats first_column = all(static_cast<float>(t.left + 1)), last_column = all(static_cast<float>(t.left + t.width - 2));
-    const Floats first_row = all(static_cast<float>(t.top + 1)), last_row = all(static_cast<float>(t.top + t.height - 2));
+    const Floats first_column = all(1), last_column = all(static_cast<float>(t.width - 2));
+    const Floats first_row = all(1), last_row = all(static_cast<float>(t.height - 2));
     in = (p.column >= first_column) & (p.column <= last_column) & (p.row >= first_row) & (p.row <= last_row);
-    column = converted<Ints>(choose(in, p.column + 0.5f, first_column)) - t.left;
-    row = converted<Ints>(choose(in, p.row + 0.5f, first_row)) - t.top;
+    column = converted<Ints>(choose(in, p.column + 0.5f, first_column));
+    row = converted<Ints>(choose(in, p.row + 0.5f, first_row));
   }
 };
 
@@ -120,8 +120,8 @@ void run(const ImageTables& t, int j, float* out) {
       if (any(at.in)) {
         Places centre{t.heights, t.width, at.column, at.row};
         centre.look_closely<3>(1);
-        const Floats u = p.column - converted<Floats>(centre.column + t.left);
-        const Floats v = p.row - converted<Floats>(centre.row + t.top);
+        const Floats u = p.column - converted<Floats>(centre.column);
+        const Floats v = p.row - converted<Floats>(centre.row);
         const Floats wx[3] = {0.5f * (0.5f - u) * (0.5f - u), 0.75f - u * u, 0.5f * (0.5f + u) * (0.5f + u)};
         const Floats wy[3] = {0.5f * (0.5f - v) * (0.5f - v), 0.75f - v * v, 0.5f * (0.5f + v) * (0.5f + v)};
         const Floats found = smooth(centre, wx, wy);

@@ -78,15 +78,10 @@ ReferenceGaps::ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, 
   }
 }
 
-void ReferenceGaps::hide(Grid<float>& heights, int i0, int j0) const {
-  if (first_.empty()) return;
-  for (int j = 0; j < heights.ny; ++j) {
-    const auto row = static_cast<std::size_t>(j + j0);
-    for (std::size_t k = first_[row]; k < first_[row + 1]; ++k) {
-      const int begin = std::max(runs_[k].begin - i0, 0), end = std::min(runs_[k].end - i0, heights.nx);
-      for (int i = begin; i < end; ++i) heights.at(i, j) = std::numeric_limits<float>::quiet_NaN();
-    }
-  }
+void ReferenceGaps::hide(Grid<float>& heights) const {
+  for (const Run& gap : runs_)
+    std::fill(&heights.at(gap.begin, gap.row), &heights.at(gap.begin, gap.row) + (gap.end - gap.begin),
+              std::numeric_limits<float>::quiet_NaN());
 }
 
 bool ReferenceGaps::known(int i, int j) const {

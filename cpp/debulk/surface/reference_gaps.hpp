@@ -18,8 +18,8 @@ class ReferenceGaps {
   // diameter from a known one.
   ReferenceGaps(const Grid<float>& seen, const Grid<float>& frame, double diameter_mm);
 
-  // Sets the heights in the gaps to NaN. The heights are the part of the frame that begins at its point (i0, j0).
-  void hide(Grid<float>& heights, int i0 = 0, int j0 = 0) const;
+  // Sets heights on the frame to NaN where they lie in the gaps.
+  void hide(Grid<float>& heights) const;
   bool known(int i, int j) const;  // at a point of the frame
 
  private:

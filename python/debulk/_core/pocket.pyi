@@ -23,7 +23,6 @@ class FootOptions(_Options):
 
 class UnseenOptions(_Options):
     area_tol_mm2: float
-    fill_mm: float
     ply_outline: ArrayLike | None
 
 class PatchOptions(_Options):

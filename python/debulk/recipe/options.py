@@ -70,7 +70,6 @@ def unseen(recipe: Recipe, ply_outline: NDArray[np.float64] | None) -> _core.poc
     """Return the options that determine which parts count as seen, on a ply with this outline."""
     options = _core.pocket.UnseenOptions()
     options.area_tol_mm2 = recipe.segmentation.area_tol_mm2
-    options.fill_mm = recipe.clean.max_hole_mm
     options.ply_outline = ply_outline
     return options
 

@@ -152,30 +152,6 @@ TEST(PinholeOutliers, AreTheExactOnesThoughPointsLieABitOffTheirRays) {
   expect_exact(cloud, "off their rays");
 }
 
-// A square of pixels decides on most of the points that it leaves open, as their distances do.
-TEST(PinholeOutliers, DecideTheSameWhereOnlyDecisionsAreWanted) {
-  for (const double noise : {0.02, 0.1, 0.3}) {
-    Random random(17);
-    Cloud cloud = view(0.2, -0.1, noise, 18);
-    for (int k = 0; k < 3000; ++k) lift(cloud, random.below(300), random.below(220), 3 * random.normal());
-    for (int k = 0; k < 2000; ++k) cloud.point(random.below(300), random.below(220))[0] = std::numeric_limits<float>::quiet_NaN();
-    for (const double threshold : {0.4, 0.55, 0.7, 0.9, 1.2, 1.6, 2.5}) {
-      for (const Isa isa : {Isa::base, Isa::v3, Isa::v4}) {
-        if (isa > best_isa()) continue;
-        PinholeOutliers every, decided;
-        every.isa = decided.isa = isa;
-        every.fixed = decided.fixed = threshold;
-        decided.decisions_only = true;
-        ASSERT_TRUE(every.run(cloud.view(), camera, {}, nullptr, 2));
-        ASSERT_TRUE(decided.run(cloud.view(), camera, {}, nullptr, 2));
-        ASSERT_GT(every.open(), 1000);
-        EXPECT_EQ(decided.open(), every.open());
-        EXPECT_EQ(decided.keep(), every.keep()) << noise << " " << threshold;
-      }
-    }
-  }
-}
-
 TEST(PinholeOutliers, LeaveOtherCloudsToTheGeneralSearch) {
   PinholeOutliers fast;
   EXPECT_FALSE(fast.run(sheet(200, 150, 3).view(), camera, {}, nullptr)) << "a grid, not a pinhole's";

@@ -55,7 +55,7 @@ def test_a_setting_arrives_under_its_name(made, sections):
 def test_what_goes_by_another_name_arrives_too():
     recipe = Recipe(clean={"max_hole_mm": 12.0}, verdict={"max_ridge_mm": 0.5})
     assert options.front_end(recipe, 1.5).spacing_mm == 1.5
-    assert options.front_end(recipe, 1.5).hole_diameter_mm == options.unseen(recipe, None).fill_mm == 12.0
+    assert options.front_end(recipe, 1.5).hole_diameter_mm == 12.0
     assert options.criteria(recipe).max_ridge_height_mm == 0.5
     assert options.criteria(recipe, "paper").criterion != options.criteria(recipe).criterion
     assert options.section_ply(recipe).stiffness_n_mm == pytest.approx(360 * 0.3**3 / 12)

@@ -30,7 +30,6 @@ class Limits:
     """Of flat places with a sharp edge; bench/trust/trust.py has torn and folded plies, and things on them."""
 
     off_thicknesses: float = 0.55  # off the ply's level: just beyond the half that the middle of an edge reaches
-    cell_mm: float = 1.5  # a finer map is thinned to about this spacing: the smallest plateau is 14 mm wide
     quarters: tuple[float, float] = (0.25, 0.75)  # shares of its height between which the width of its edge is measured
     edge_mm: float = 3.5  # greatest width of the edge, between these quarters; a step has two cells of the map at most
     edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
@@ -101,8 +100,6 @@ def find(
     groove that the fitted surface fills in, or on a rib that it cuts off. Without an outline, a place without a ply may
     lie beside the ply, and only raised plateaus are looked for.
     """
-    every = max(1, int(LIMITS.cell_mm / heights.spacing_mm))
-    heights = Grid(heights.values[::every, ::every], heights.origin_mm, every * heights.spacing_mm)
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
     rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
