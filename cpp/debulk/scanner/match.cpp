@@ -26,9 +26,11 @@ MatchCounts& MatchCounts::operator+=(const MatchCounts& other) {
 
 MatchCounts RowMatcher::match(const RectifiedRow& left, int left_width, float left_step, float left_edge, const RectifiedRow& right,
                               int right_width, float right_step, float right_edge, float* disparity, float* sigma, Isa isa) {
-  left_.row = &left, left_.width = left_width, left_.edge = left_edge;
-  right_.row = &right, right_.width = right_width, right_.edge = right_edge;
-  DEBULK_ON(isa, build(left_, left_step)), DEBULK_ON(isa, build(right_, right_step));
+  const auto take = [&](PhaseIndex& index, const RectifiedRow& row, int width, float step, float edge) {
+    index.row = &row, index.width = width, index.step = step, index.per_step = 1 / step, index.edge = edge;
+    DEBULK_ON(isa, take(index));
+  };
+  take(left_, left, left_width, left_step, left_edge), take(right_, right, right_width, right_step, right_edge);
   return DEBULK_ON(isa, match(left_, right_, disparity, sigma));
 }
 

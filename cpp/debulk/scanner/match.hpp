@@ -15,14 +15,21 @@ struct MatchCounts {
   MatchCounts& operator+=(const MatchCounts& other);
 };
 
-// A row whose segments between neighbouring pixels are sorted into bins of phase, to find where a phase occurs in it.
+// Where phases occur in a row. Along one surface they rise or fall from pixel to pixel, but for noise: then a phase is
+// found near the place where it is expected, and the order of all others shows that it occurs nowhere else. Only for
+// phases of which this is not so are the row's segments between neighbouring pixels sorted into bins.
 // Pixels are counted in floats, because vectors gather floats.
 struct PhaseIndex {
   const RectifiedRow* row = nullptr;
   int width = 0;
-  float edge = 0;                  // the greatest step of the phase that is not an edge, rad
-  float low = 0, per_rad = 0;      // the bin of a phase is (phase - low) * per_rad
-  int bins = 0;                    // 0: no phase occurs
+  float edge = 0;                // the greatest step of the phase that is not an edge, rad
+  float step = 0, per_step = 0;  // a usual step between neighbours, rad, and its inverse
+  float low = 0, high = 0;       // range of the row's phases, rad
+  float turn = 1;                // 1 or -1: the phases times this rise along the row
+  std::vector<float> below,
+      above;          // behind row_room others: of each pixel, the greatest of the turned phases up to it, and the least from it on
+  int bins = -1;      // 0: no phase occurs; -1: not sorted yet
+  float per_rad = 0;  // the bin of a phase is (phase - low) * per_rad
   std::vector<float> first, last;  // of each bin, the segments that reach into it and those between them
 };
 

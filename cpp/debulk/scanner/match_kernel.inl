@@ -10,39 +10,86 @@ struct Spot {
   int from;
   bool narrow;
 
-  // `reach`: number of pixels behind the last place that are looked at, too.
-  DEBULK_INLINE Spot(Floats place, Ints which, int before, int reach)
-      : Spot(lowest(choose(which, place, all(1e9f))), highest(choose(which, place, all(0.0f))), before, reach) {}
+  // `before` and `reach`: number of pixels before the first place and behind the last that are looked at, too.
+  DEBULK_INLINE Spot(Floats place, Ints which, int before, int reach) {
+    // On a surface all places follow the first lane's. Only elsewhere is it worth to wait for the least and the greatest.
+    constexpr int scatter = 8;
+    const Ints at = converted<Ints>(place);
+    from = std::max(0, at[0] - before - scatter), narrow = true;
+    if (any(which & ((at < from + (from > 0 ? before : 0)) | (at >= from + row_room - reach))))
+      *this = Spot(lowest(choose(which, place, all(1e9f))), highest(choose(which, place, all(0.0f))), before, reach);
+  }
   DEBULK_INLINE Spot(float least, float most, int before, int reach)
       : from(std::max(0, static_cast<int>(least) - before)), narrow(static_cast<int>(most) + reach - from < row_room) {}
   // `place` is in the spot, or its value is not used.
-  DEBULK_INLINE Floats operator()(const std::vector<float>& row, Floats place) const {
+  // The row's values begin behind `before` others.
+  DEBULK_INLINE Floats operator()(const std::vector<float>& row, Floats place, int before = 0) const {
     const Ints at = converted<Ints>(place);
-    return narrow ? pick<row_room / lanes>(row.data() + from, at - from) : gather(row.data(), at);
+    const float* values = row.data() + before;
+    return narrow ? pick<row_room / lanes>(values + from, at - from) : gather(values, at);
   }
 };
 
+// Makes each value the greatest (or, from the end, the least) of itself and all before it. Sixteen become one in four
+// passes, each of which reaches twice as far as the one before; behind the row is room.
+void greatest_so_far(float* value, int width) {
+  const int groups = (width + lanes - 1) / lanes * lanes;
+  for (int reach = 1; reach < lanes; reach *= 2)
+    for (int i = groups - lanes; i >= 0; i -= lanes) store(value + i, higher(load(value + i), load(value + i - reach)));
+  Floats most = load(value - lanes);
+  for (int i = 0; i < groups; i += lanes) store(value + i, most = higher(load(value + i), all(most[lanes - 1])));
+}
+void least_from_here(float* value, int width) {
+  const int groups = (width + lanes - 1) / lanes * lanes;
+  for (int reach = 1; reach < lanes; reach *= 2)
+    for (int i = 0; i < groups; i += lanes) store(value + i, lower(load(value + i), load(value + i + reach)));
+  Floats least = load(value + groups);
+  for (int i = groups - lanes; i >= 0; i -= lanes) store(value + i, least = lower(load(value + i), all(least[0])));
+}
+
+// Takes a row: finds the range and the order of its phases.
+void take(PhaseIndex& index) {
+  const float* phase = index.row->phase.data();
+  const int width = index.width;
+  constexpr float far = std::numeric_limits<float>::infinity();
+  index.bins = -1;
+  int first = 0, last = width - 1;
+  while (first < last && !(phase[first] == phase[first])) ++first;
+  while (last > first && !(phase[last] == phase[last])) --last;
+  index.turn = phase[last] < phase[first] ? -1.0f : 1.0f;
+  index.below.resize(static_cast<std::size_t>(width + 2 * row_room)), index.above.resize(static_cast<std::size_t>(width + 2 * row_room));
+  float *below = index.below.data() + row_room, *above = index.above.data() + row_room;
+  for (int i = -row_room; i < 0; i += lanes) store(below + i, all(-far));
+  for (int i = 0; i < width; i += lanes) {
+    const Floats here = load(phase + i) * index.turn;
+    const Ints known = here == here;
+    store(below + i, choose(known, here, all(-far))), store(above + i, choose(known, here, all(far)));
+  }
+  for (int i = width; i < width + row_room; ++i) above[i] = far;
+  greatest_so_far(below, width), least_from_here(above, width);
+  index.low = far, index.high = -far;
+  if (above[0] <= below[width - 1] && index.step > 0) {
+    const float a = above[0] * index.turn, b = below[width - 1] * index.turn;
+    index.low = std::min(a, b), index.high = std::max(a, b);
+  }
+  below[0] = -far, above[width - 1] = far;  // no segment ends at the first pixel, and none begins at the last
+}
+
 // Sorts the row's segments into bins, about one per bin. The number of bins is limited, so that a row of stray phases
 // does not take all memory.
-void build(PhaseIndex& index, float step) {
+void build(PhaseIndex& index) {
   const float* phase = index.row->phase.data();
-  const Ints ends = Ints{} + index.width;
-  Floats least = all(std::numeric_limits<float>::infinity()), most = -least;
-  for (int i = 0; i < index.width; i += lanes) {
-    const Floats here = choose(counting() + i < ends, load(phase + i), all(nan));
-    least = lower(here, least), most = higher(here, most);
-  }
-  const float low = lowest(least), high = highest(most);
+  const float low = index.low, high = index.high;
   index.bins = 0;
-  if (!(low < high) || !(step > 0)) return;
-  index.bins = static_cast<int>(std::min<double>(4.0 * index.width, std::ceil((high - low) / step))) + 1;
-  index.low = low, index.per_rad = static_cast<float>(index.bins - 1) / (high - low);
+  if (!(low < high)) return;
+  index.bins = static_cast<int>(std::min<double>(4.0 * index.width, std::ceil((high - low) / index.step))) + 1;
+  index.per_rad = static_cast<float>(index.bins - 1) / (high - low);
   const std::size_t room = static_cast<std::size_t>(index.bins + row_room);
   index.first.assign(room, 1e9f), index.last.assign(room, -1.0f);
   float *first = index.first.data(), *last = index.last.data();
   for (int i = 0; i + 1 < index.width; i += lanes) {
     const Floats a = load(phase + i), b = load(phase + i + 1);
-    const Ints surface = (absolute(b - a) <= index.edge) & (counting() + (i + 1) < ends);
+    const Ints surface = absolute(b - a) <= index.edge;
     int from[lanes], to[lanes];
     write(from, converted<Ints>(choose(surface, (lower(a, b) - low) * index.per_rad, all(0.0f))));
     write(to, converted<Ints>(choose(surface, (higher(a, b) - low) * index.per_rad, all(0.0f))));
@@ -63,61 +110,116 @@ struct Found {
   Ints there = {}, apart_too = {};  // masks: whether there is such a place; whether there are two far apart
 };
 
-DEBULK_INLINE Found find(const PhaseIndex& index, Floats phase, Ints which) {
-  Found out;
+// The first and the last place at which a phase occurs, while segments are looked at from left to right.
+struct Places {
+  struct End {
+    Floats j = {}, a = {}, b = {};
+    DEBULK_INLINE void set(Ints which, Floats new_j, Floats new_a, Floats new_b) {
+      j = choose(which, new_j, j), a = choose(which, new_a, a), b = choose(which, new_b, b);
+    }
+  };
+  End from, to;
+  Ints there = {};
+
+  // a, b: the phases at the segment's ends less the phase that is looked for; j: the segment's first pixel.
+  DEBULK_INLINE void look(Floats a, Floats b, Floats j, float edge, Ints which) {
+    const Ints hit = which & (absolute(b - a) <= edge) & ~(a * b > 0.0f) & (a != b);
+    from.set(hit & ~there, j, a, b), to.set(hit, j, a, b);
+    there = there | hit;
+  }
+  DEBULK_INLINE Found found() const {
+    Found out;
+    out.there = there;
+    const Floats from_part = from.a / (from.a - from.b), to_part = to.a / (to.a - to.b);
+    // Noise makes a phase recur within a few pixels. If the places are further apart, one of them is not on this surface.
+    out.apart_too = there & ((to.j - from.j) + (to_part - from_part) > apart);
+    const Floats middle = 0.5f * (from.j + to.j), at = whole_part(middle), part = 0.5f * (from_part + to_part) + (middle - at);
+    const Floats next = choose(part >= 1.0f, all(1.0f), all(0.0f));
+    out.at = at + next, out.part = part - next;
+    return out;
+  }
+};
+
+// Finds phases wherever they occur in the row, by its bins.
+DEBULK_INLINE Found search(PhaseIndex& index, Floats phase, Ints which) {
+  if (index.bins < 0) build(index);
   const Floats bin = (phase - index.low) * index.per_rad;
   which &= (bin >= 0.0f) & (bin < static_cast<float>(index.bins));
-  if (!any(which)) return out;
+  if (!any(which)) return {};
   const Spot bins(bin, which, 0, 1);
   const Floats here = choose(which, bin, all(static_cast<float>(bins.from)));
   const Floats first = bins(index.first, here), last = bins(index.last, here);
   which &= first <= last;
-  if (!any(which)) return out;
+  if (!any(which)) return {};
   const float least = lowest(choose(which, first, all(1e9f)));
   const Spot segments(least, highest(choose(which, last, all(0.0f))), 0, 2);
   const Floats begin = choose(which, first, all(least)), end = choose(which, last, all(least));
   const int most = static_cast<int>(highest(end - begin));
-  Floats from = all(0.0f), from_part = all(0.0f), to = all(0.0f), to_part = all(0.0f);
+  Places places;
   for (int step = 0; step <= most; ++step) {
     const Floats j = lower(begin + static_cast<float>(step), end);  // the last one again does no harm
-    const Floats a = segments(index.row->phase, j) - phase, b = segments(index.row->phase, j + 1.0f) - phase;
-    const Ints hit = which & (absolute(b - a) <= index.edge) & ~(a * b > 0.0f) & (a != b), new_one = hit & ~out.there;
-    const Floats part = a / (a - b);
-    from = choose(new_one, j, from), from_part = choose(new_one, part, from_part);
-    to = choose(hit, j, to), to_part = choose(hit, part, to_part);
-    out.there = out.there | hit;
+    places.look(segments(index.row->phase, j) - phase, segments(index.row->phase, j + 1.0f) - phase, j, index.edge, which);
   }
-  // Noise makes a phase recur within a few pixels. If the places are further apart, one of them is not on this surface.
-  out.apart_too = out.there & ((to - from) + (to_part - from_part) > apart);
-  const Floats middle = 0.5f * (from + to), at = whole_part(middle), part = 0.5f * (from_part + to_part) + (middle - at);
-  const Floats next = choose(part >= 1.0f, all(1.0f), all(0.0f));
-  out.at = at + next, out.part = part - next;
-  return out;
+  return places.found();
 }
 
-MatchCounts match(const PhaseIndex& left, const PhaseIndex& right, float* disparity, float* sigma) {
+// Finds phases that are expected at a place. If the phases of all pixels before the five segments round it are below, and of
+// those behind them above, no others need to be looked at.
+DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats place) {
+  constexpr int round_it = 5, tries = 16;
+  which &= (phase >= index.low) & (phase <= index.high);
+  if (!any(which)) return {};
+  const Floats turned = phase * index.turn;
+  Floats least = all(0.0f), most = all(static_cast<float>(index.width - 1 - round_it));  // of the segments' first pixel
+  for (int k = 0; k < tries; ++k) {
+    Floats j = whole_part(higher(lower(place - 2.0f, most), least));
+    const Spot spot(j, which, 0, round_it + 1);
+    j = choose(which, j, all(static_cast<float>(spot.from)));
+    const Floats before = spot(index.below, j, row_room), behind = spot(index.above, j + static_cast<float>(round_it), row_room);
+    const Ints below = before<turned, above = behind> turned;
+    if (!any(which & ~(below & above))) {
+      Places places;
+      Floats a = spot(index.row->phase, j) - phase;
+      for (int s = 0; s < round_it; ++s) {
+        const Floats b = spot(index.row->phase, j + static_cast<float>(s + 1)) - phase;
+        places.look(a, b, j + static_cast<float>(s), index.edge, which);
+        a = b;
+      }
+      return places.found();
+    }
+    if (any(which & ~(below | above))) break;  // the row goes up and down here
+    least = choose(above, least, j + 1.0f), most = choose(below, most, j - 1.0f);
+    place = j + 2.0f + (turned - spot(index.row->phase, j + 2.0f) * index.turn) * index.per_step;
+    place = choose((place - 2.0f >= least) & (place - 2.0f <= most), place, 0.5f * (least + most) + 2.0f);
+  }
+  return search(index, phase, which);
+}
+
+MatchCounts match(PhaseIndex& left, PhaseIndex& right, float* disparity, float* sigma) {
   MatchCounts counts;
   auto bridged = left.row->bridged.begin();
   const RectifiedRow &own_row = *left.row, &row = *right.row;
   const float last = static_cast<float>(right.width - 1);
-  for (int i = 0; i < left.width; i += lanes) {
+  Floats expected = converted<Floats>(counting());  // the columns of the partners, as those before stood to theirs
+  for (int i = 0; i < left.width; i += lanes, expected += all(static_cast<float>(lanes))) {
     const Floats phase = load(own_row.phase.data() + i), column = converted<Floats>(counting() + i);
     Ints seen = (phase == phase) & (counting() + i < Ints{} + left.width);
     for (; bridged != own_row.bridged.end() && *bridged < i + lanes; ++bridged) seen[*bridged - i] = 0;
     store(disparity + i, all(nan)), store(sigma + i, all(nan));
     if (!any(seen)) continue;
     counts.seen += __builtin_popcount(bits(seen));
-    const Found x = find(right, phase, seen);
+    const Found x = find(right, phase, seen, expected);
     Ints fine = x.there & ~x.apart_too;
     if (!any(fine)) {
       counts.unmatched += __builtin_popcount(bits(seen & ~x.there)), counts.ambiguous += __builtin_popcount(bits(x.apart_too));
       continue;
     }
+    expected = choose(fine, x.at + x.part, expected);
     // The left row, searched for the phase of the partner, must give this pixel again.
     const Spot spot(x.at, fine, 2, 3);
     const Floats beyond = all(static_cast<float>(spot.from + 2));
     const Floats at = choose(fine, x.at, lower(beyond, all(last))), nearest = choose(x.part >= 0.5f, at + 1.0f, at);
-    const Found back = find(left, spot(row.phase, nearest), fine);
+    const Found back = find(left, spot(row.phase, nearest), fine, column);
     const Ints unmatched = seen & ~(x.apart_too | back.there);
     fine &= back.there & ~back.apart_too;
     // A place exactly on a pixel belongs to the segment before it if no segment begins there. The mean of two places

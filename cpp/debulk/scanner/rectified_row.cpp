@@ -74,8 +74,10 @@ void rectify_row(const PhaseView& view, int row, RectifiedRow& out, Isa isa) {
   out.phase.resize(room), out.noise.resize(room), out.fraction.resize(room), out.bridged.clear();
   if (view.map_x) {
     DEBULK_ON(isa, run(view, row, out));
+    std::fill_n(out.phase.begin() + view.rectified_width, row_room, nan);
     return;
   }
+  std::fill_n(out.phase.begin() + view.rectified_width, row_room, nan);
   const std::size_t first = static_cast<std::size_t>(row) * width;
   std::copy_n(view.phase + first, width, out.phase.begin());
   if (view.noise)

@@ -22,7 +22,7 @@ struct PhaseView {
 // A row of the rectified phase map. The phase is interpolated between four pixels, but never across an edge or a gap.
 // A gap of a single pixel is bridged: a pixel that alone has no phase, or has one unlike those of both its neighbours in
 // the row, is left out where these lie on one surface. What rests on such a pixel is known, but was not measured.
-// Behind the last pixel, `row_room` floats can be read.
+// Behind the last pixel, `row_room` floats can be read; those of the phase are NaN.
 constexpr int row_room = 48;
 struct RectifiedRow {
   std::vector<float> phase;     // rad; NaN where there is none

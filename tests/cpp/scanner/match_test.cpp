@@ -128,6 +128,30 @@ TEST(Match, ThePlaceBetweenTwoSidesOfAGapIsNone) {
   EXPECT_TRUE(std::isnan(m.disparity[93]));
 }
 
+TEST(Match, FindsWhatASearchOfTheWholeRowFinds) {
+  // Noise, a step with a gap, an object in front whose phases come once more, stray pixels; rising and falling.
+  for (const double turn : {1.0, -1.0}) {
+    const auto surface = [&](double x, double noise) {
+      const double object = x > 120 && x < 140 ? -1.5 : x > 60 ? 1 : 0, stray = std::fmod(x, 37) == 5 && x > 150 ? 4 : 0;
+      return x > 60 && x < 64 ? nan : static_cast<float>(turn * (curve(x) + object + stray + noise * std::sin(7 * x)));
+    };
+    const Rows left = rows([&](double x) { return surface(x, 0.04); }), right = rows([&](double x) { return surface(x + 2.3, 0.05); });
+    const Matched m = matched(left, right);
+    EXPECT_GT(m.counts.matched, m.counts.seen / 2);
+    EXPECT_GT(m.counts.ambiguous, 0);
+    for (std::size_t i = 0; i < width; ++i) {
+      if (std::isnan(m.disparity[i])) continue;
+      std::vector<double> places;
+      for (std::size_t j = 0; j + 1 < width; ++j) {
+        const float a = right[j] - left[i], b = right[j + 1] - left[i];
+        if (a * b <= 0 && std::abs(b - a) < 0.3f) places.push_back(static_cast<double>(j) + static_cast<double>(a / (a - b)));
+      }
+      ASSERT_FALSE(places.empty()) << i;
+      EXPECT_NEAR(static_cast<double>(i) - m.disparity[i], 0.5 * (places.front() + places.back()), 1e-3) << i;
+    }
+  }
+}
+
 TEST(Match, APhaseInTwoPlacesIsAmbiguous) {
   const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
   const Rows right = rows([](double x) { return static_cast<float>(0.1 * (x < 100 ? x : x - 50)); });  // 5 to 10 occur twice
