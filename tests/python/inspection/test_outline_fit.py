@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+import stranger_scenes as stranger
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.place import ply_edge
@@ -137,6 +138,15 @@ def from_y(corners, y):
     return np.array(kept)
 
 
+def test_a_narrow_bump_just_outside_an_outline_that_is_short_does_not_pass():
+    """It stands on the ply's edge, 11 mm wide: the map lowers it, and the raw scan was searched within the outline."""
+    points = [stranger.cloud(stranger.flat, (200, 160), 0.8, 0, 0.02)]
+    top = stranger.laid(stranger.flat, lambda x, y: stranger.bump(9, 2.8)(x - 58, y), (120, 100))
+    points.append(stranger.cloud(top, (200, 160), 0.8, 1, 0.02))
+    inspector = Inspector(None, points[0], stranger.outline(110, 100), mold_from_scanner=np.eye(4))
+    assert inspector.inspect(points[1]).verdict > Verdict.CEASE
+
+
 def test_an_outline_that_leaves_out_a_creasing_side_does_not_pass():
     """It was CEASE with all of it seen: the edge lies elsewhere along 19 % of this outline, and a fifth was allowed."""
     layup = varied_layup(70028, (1024, 768), severity="any", holes_mm=0, clamp=False, pockets=1)
@@ -166,6 +176,25 @@ def bell(x0, y0, radius, high):
         return np.where(ply, 0.3 + high * np.cos(np.pi * r / 2) ** 2, 0.0)
 
     return raised
+
+
+def longer(raised, outline):
+    x, y = np.meshgrid(np.arange(-80.0, 381.0, 1.0), np.arange(-80.0, 281.0, 1.0))
+    ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
+    heights = Grid(raised(x, y, ply), np.array([-80.0, -80.0]), 1.0)
+    return ply_edge.longer_outside(Outline(outline), heights, 0.3, 0.84)
+
+
+@pytest.mark.parametrize("radius", [14, 20])
+def test_the_longest_fibre_may_lie_just_outside_an_outline_that_is_short(radius):
+    """The bell's middle is on the ply's edge, so that a fibre along the edge has the bell's whole excess of 1.2 mm."""
+    whole = np.array([[0, 0], [300, 0], [300, 200], [0, 200]], dtype=float)
+    short, high = np.minimum(whole, [295, 200]), np.sqrt(1.2 * 8 * radius) / np.pi
+    found = longer(bell(300, 100, radius, high), short)
+    assert found is not None and found.measured == pytest.approx(1.05, abs=0.15)
+    assert found.place_mm == pytest.approx((295, 100), abs=6)
+    assert longer(bell(300, 100, radius, high), whole) is None and longer(flat, short) is None
+    assert longer(bell(285, 100, radius, high), short) is None  # what is longest inside is judged there
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,7 @@ from debulk.inspection.reference.resolution import coarse_reason
 from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
+from debulk.ridge import excess_of_ridge
 from debulk.verdict import Verdict
 
 
@@ -154,13 +155,20 @@ class Placing:
             return placed
         recipe, strips = self._recipe, self.outline.strips(heights)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        finding = ply_edge.misfit(
-            self.outline,
-            strips,
-            self._thickness_mm,
-            recipe.segmentation.cut_height_mm,
-            recipe.level.largest_edge_share,
-        ) or ply_edge.left_out(self.outline, strips - self._missed, self._thickness_mm, raised_mm, heights.spacing_mm)
+        thickness_mm, most_mm = self._thickness_mm, options.counts_from_mm(recipe)
+        finding = (
+            ply_edge.misfit(
+                self.outline,
+                strips,
+                thickness_mm,
+                recipe.segmentation.cut_height_mm,
+                recipe.level.largest_edge_share,
+            )
+            or ply_edge.left_out(self.outline, strips - self._missed, thickness_mm, raised_mm, heights.spacing_mm)
+            or ply_edge.longer_outside(
+                self.outline, heights, raised_mm + thickness_mm, excess_of_ridge(most_mm, thickness_mm)
+            )
+        )
         return placed if finding is None else replace(placed, finding=finding)
 
     def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:

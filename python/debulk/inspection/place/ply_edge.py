@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
-from debulk.inspection.evidence.outline import Outline
+from debulk.grid import Grid
+from debulk.inspection.evidence.outline import STRETCH_MM, Outline
 from debulk.inspection.ply.humps import HIGHEST_MM
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -50,6 +51,16 @@ class Limits:
     # Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside.
     spread_share: float = 0.5
     spread_mm: float = 12.0
+    beside_mm: tuple[float, ...] = (
+        -6.0,
+        -4.0,
+        -2.0,
+        2.0,
+        4.0,
+        6.0,
+    )  # lines outside along which no fibre may be longest
+    along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
+    lifted_mm: float = 0.2  # ply that is lower lies on the mold
 
 
 LIMITS = Limits()
@@ -137,6 +148,37 @@ def left_out(
         "mask it"
     )
     return Finding("ply_edge", Verdict.INVALID, reason, area_mm2, unit="mm²", place_mm=(x, y))
+
+
+def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: float) -> Finding | None:
+    """Name the place just outside the outline at which a fibre along it is longer than allowed, and than those inside.
+
+    A pocket that the ply's edge cuts may be highest at the edge, and an outline that is a few millimetres short leaves
+    the longest fibre out. In the map of heights a ply that lies on the mold stands `bare_mm` high; `most_mm` is the
+    excess that is allowed.
+    """
+    if heights.spacing_mm > LIMITS.along_mm:
+        return None
+    lifted = np.nan_to_num(outline.lines(heights, LIMITS.beside_mm, LIMITS.along_mm) - bare_mm)
+    lifted[(lifted < LIMITS.lifted_mm) | (lifted > HIGHEST_MM)] = 0.0
+    calm = np.median([np.roll(lifted, k, axis=0) for k in (-1, 0, 1)], axis=0)  # without single points
+    excess = np.hypot(np.diff(calm, axis=0, append=calm[:1]), LIMITS.along_mm) - LIMITS.along_mm
+    half = round(0.5 * STRETCH_MM / LIMITS.along_mm)
+    longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
+    outer = np.array(LIMITS.beside_mm) > 0
+    inside, outside = longer[:, ~outer].max(axis=1), longer[:, outer].max(axis=1)
+    worst = int(np.argmax(np.where(outside > inside, outside, 0.0)))
+    if outside[worst] <= max(inside[worst], most_mm):
+        return None
+    here = np.arange(worst - half, worst + half) % len(longer)
+    top = here[np.argmax(calm[here][:, outer].max(axis=1))]
+    x, y = outline.places_mm[top * len(outline.places_mm) // len(longer)].tolist()
+    reason = (
+        f"the outline leaves out a part of the ply: just outside it, at ({x:.0f}, {y:.0f}) mm, a fibre along the edge "
+        f"is {outside[worst]:.2f} mm longer than the mold, and none inside is so long; check that the outline reaches "
+        "the ply's edge, in the mold's frame"
+    )
+    return Finding("ply_edge", Verdict.INVALID, reason, float(outside[worst]), most_mm, "mm", (x, y))
 
 
 def _seen_from(kind: Kind, spacing_mm: float) -> Kind:

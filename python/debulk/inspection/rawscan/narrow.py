@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -48,6 +49,7 @@ class Limits:
     steepest: float = 2.0  # height over the width of the foot; a bump that is steeper is not of a ply
     wrinkle_mm: float = 40.0  # what is longer is a standing wrinkle
     coarsest_mm: float = 4.0  # distance of samples from which on nothing so narrow is resolved
+    outside_mm: float = 6.0  # by which the ply may reach beyond its outline (ply_edge: blur_mm)
     spoiled_share: float = 0.2  # of the ply's samples that stand out: more of them are no places but a spoiled scan
 
 
@@ -100,7 +102,7 @@ class NarrowSearch:
 
     def __init__(self, setup: Setup) -> None:
         self._motion, self._thickness_mm = setup.pose[:3].astype(np.float32), setup.recipe.material.thickness_mm
-        self._ground, self._first_mm, self._spacing_mm = _ground(setup)
+        self._ground, self._outside, self._first_mm, self._spacing_mm = _ground(setup)
 
     def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
         """Find the narrow places of a scan's image, or of a list of points that was laid out as one.
@@ -136,6 +138,7 @@ class NarrowSearch:
                 points[mask[part][::down, ::right]] = np.nan
             heed(stop, _SEARCH)
             height = self._above(points)
+            height[self._at(points, self._outside) & (height < 0.5 * self._thickness_mm)] = np.nan  # the bare mold
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
             heed(stop, _SEARCH)
@@ -178,17 +181,24 @@ class NarrowSearch:
 
     def _above(self, points: Cloud) -> NDArray[np.float32]:
         """Return the heights (H, W) of points above the reference; NaN off the ply and where nothing was seen."""
+        return np.asarray(points[..., 2] - self._at(points, self._ground), dtype=np.float32)
+
+    def _at(self, points: Cloud, of: NDArray[Any]) -> NDArray[Any]:
+        """Return the values at points of an image on the reference's grid: between its heights, or of its marks."""
         column, row = ((points[..., k] - np.float32(self._first_mm[k])) / np.float32(self._spacing_mm) for k in (0, 1))
         off = ~(np.isfinite(column) & np.isfinite(row))
         column[off] = row[off] = -_FEWEST_PIXELS
-        below = cv2.remap(
-            self._ground, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=math.nan
-        )
-        return np.asarray(points[..., 2] - below, dtype=np.float32)
+        border = cv2.BORDER_CONSTANT
+        if of.dtype == np.float32:
+            return cv2.remap(of, column, row, cv2.INTER_LINEAR, borderMode=border, borderValue=math.nan)
+        return np.asarray(cv2.remap(of, column, row, cv2.INTER_NEAREST, borderMode=border), dtype=np.bool_)
 
 
-def _ground(setup: Setup) -> tuple[NDArray[np.float32], Floats, float]:
-    """Return the reference's heights on the grid of `seen`, NaN where it is not known and off the ply."""
+def _ground(setup: Setup) -> tuple[NDArray[np.float32], NDArray[np.uint8], Floats, float]:
+    """Return the reference's heights on the grid of `seen`, NaN where not known or far off the ply, and what is off it.
+
+    An outline that is some millimetres short may leave the top of a place out, so that its surroundings count as well.
+    """
     seen, datum = setup.prepared.seen, setup.prepared.datum
     coarse = np.asarray(datum.heights_mm, dtype=np.float32)
     column, row = (
@@ -198,15 +208,18 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], Floats, float]:
     ny, nx = seen.values.shape  # of which the ply may be a small part
     every = [[0, 0], [nx - 1, 0], [nx - 1, ny - 1], [0, ny - 1]]
     outline = np.array(every if setup.outline is None else seen.cells(setup.outline), dtype=np.int32)
-    low, high = np.clip([outline.min(axis=0), outline.max(axis=0) + 1], 0, (nx, ny)).astype(np.int32)
+    reach = round(LIMITS.outside_mm / float(seen.spacing_mm))
+    low, high = np.clip([outline.min(axis=0) - reach, outline.max(axis=0) + reach + 1], 0, (nx, ny)).astype(np.int32)
     rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
     at = np.meshgrid(column[columns], row[rows])
     between = cv2.remap(coarse, at[0], at[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     inside = np.zeros(between.shape, np.uint8)
     cv2.fillPoly(inside, [outline - low], 1)
-    ground = np.full((ny, nx), np.nan, np.float32)
-    np.copyto(ground[rows, columns], between, where=(inside > 0) & np.isfinite(seen.values[rows, columns]))
-    return ground, np.asarray(seen.origin_mm, dtype=np.float64), float(seen.spacing_mm)
+    near = cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1)))
+    ground, outside = np.full((ny, nx), np.nan, np.float32), np.ones((ny, nx), np.uint8)
+    outside[rows, columns] -= inside
+    np.copyto(ground[rows, columns], between, where=(near > 0) & np.isfinite(seen.values[rows, columns]))
+    return ground, outside, np.asarray(seen.origin_mm, dtype=np.float64), float(seen.spacing_mm)
 
 
 def _opened(height: NDArray[np.float32], window: float) -> NDArray[np.float32]:
