@@ -105,7 +105,7 @@ CHECK_TEXTS = (
     CheckText(
         "ply_edge",
         "The ply's edge is not where the outline is",
-        "stretches of 40 mm along the outline: the step of one thickness across it, ply outside it, a longer fibre there",
+        "stretches of 40 mm along the outline: the step of one thickness across it, ply outside it, long fibres there",
         "`level.largest_edge_share` of the stretches, or three neighbouring ones far off",
         "check that the outline is this ply's, not mirrored, and in the mold's frame",
         (INVALID,),
