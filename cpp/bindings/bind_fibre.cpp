@@ -16,7 +16,7 @@ namespace {
 struct FibreLines {
   std::vector<FibreLine> lines;
   Polygon ply;
-  std::unique_ptr<Pool<std::vector<float>>> memory = std::make_unique<Pool<std::vector<float>>>();  // of one scan after the other
+  std::unique_ptr<Pool<std::vector<PointGaps>>> memory = std::make_unique<Pool<std::vector<PointGaps>>>();  // of one scan after the other
 };
 
 Box box_of(const Array<double>& corners) {
@@ -51,14 +51,12 @@ FibreLines along_field(const Array<double>& angles, const Eigen::Vector2d& origi
   return out;
 }
 
-ExcessField measure(const FibreLines& lines, const py::list& windows, const Reference& mold, bool whole, const FibreOptions& options,
+ExcessField measure(const FibreLines& lines, const py::object& heights, const Reference& mold, bool whole, const FibreOptions& options,
                     const Stop& stop) {
-  HeightWindows heights;
-  for (const py::handle window : windows)
-    heights.push_back(py::isinstance<Segmentation>(window) ? &window.cast<const Segmentation&>().heights
-                                                           : &window.cast<const Grid<float>&>());
+  const Grid<float>& given =
+      py::isinstance<Segmentation>(heights) ? heights.cast<const Segmentation&>().heights : heights.cast<const Grid<float>&>();
   const py::gil_scoped_release release;
-  return measure_excess(lines.lines, heights, lines.ply, mold, whole, options, *lines.memory->borrow(), stop);
+  return measure_excess(lines.lines, given, lines.ply, mold, whole, options, *lines.memory->borrow(), stop);
 }
 
 // One column of the runs.
@@ -152,7 +150,7 @@ void bind_fibre(py::module_ m) {
   m.def("straight_lines", &straight, py::arg("angles_rad"), py::arg("ply_outline").none(true), py::arg("box_mm"), py::arg("options"));
   m.def("field_lines", &along_field, py::arg("angles_rad"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("ply_outline").none(true),
         py::arg("box_mm"), py::arg("options"), py::arg("stop"));
-  m.def("measure_excess", &measure, py::arg("lines"), py::arg("windows"), py::arg("mold"), py::arg("whole"), py::arg("options"),
+  m.def("measure_excess", &measure, py::arg("lines"), py::arg("heights"), py::arg("mold"), py::arg("whole"), py::arg("options"),
         py::arg("stop"));
 }
 

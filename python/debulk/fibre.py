@@ -169,7 +169,7 @@ def measure(
     outline = None if ply_outline is None else arrays.outline(ply_outline, "ply_outline")
     stop = _core.Stop()
     lines = lines_over(fibre_angles_deg, outline, box, wanted, stop)
-    return from_core(_core.fibre.measure_excess(lines, [heights], reference, True, wanted, stop))
+    return from_core(_core.fibre.measure_excess(lines, heights, reference, True, wanted, stop))
 
 
 def lines_over(

@@ -5,8 +5,8 @@
 #include "debulk/core/grid.hpp"
 #include "debulk/core/stop.hpp"
 #include "debulk/fibre/fibre_lines.hpp"
+#include "debulk/fibre/gaps_along.hpp"
 #include "debulk/fibre/runs.hpp"
-#include "debulk/fibre/two_scales.hpp"
 #include "debulk/pocket/polygon.hpp"
 #include "debulk/surface/surface.hpp"
 
@@ -20,14 +20,14 @@ struct ExcessField {
   Grid<std::uint8_t> family;   // per cell, of that run; 0 where none is
 };
 
-// Reads the lines over the windows. `whole`: beyond the windows nothing is known; otherwise the ply lies flat there.
-// The same input gives the same bits on any number of threads. Throws InputError and Stopped.
-ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
+// Reads the lines over the heights of the ply's upper side above the datum of its thickness (surface/datum.hpp), mm, NaN
+// where nothing is known. `whole`: beyond them nothing is known; otherwise the ply lies flat there. `memory` is used
+// again for the next scan: some MB, whose pages cost as much as the sums in them when they are new. The same input
+// gives the same bits on any number of threads. Throws InputError and Stopped.
+ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
+                           bool whole, const FibreOptions& options, std::vector<PointGaps>& memory, const Stop& stop = Stop());
+ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
                            bool whole, const FibreOptions& options, const Stop& stop = Stop());
-// The same in memory that is used again for the next scan: tens of MB, whose pages cost as much as the sums in them when
-// they are new.
-ExcessField measure_excess(const std::vector<FibreLine>& lines, const HeightWindows& windows, const Polygon& ply, const Surface& mold,
-                           bool whole, const FibreOptions& options, std::vector<float>& memory, const Stop& stop = Stop());
 
 // A run, by its index, and a foot that it crosses, by its label.
 struct FootCrossing {

@@ -5,28 +5,28 @@ DEBULK_INLINE double hypotenuse(double step, double rise) {
 }
 
 // The excess of each step from point to point, by either mean.
-inline void excess_of_steps(const double* fine, const double* coarse, const double* mold, int count, double step, double* __restrict by_fine,
-                            double* __restrict by_coarse) {
+inline void excess_of_steps(const PointGaps* p, int count, double step, double* __restrict by_fine, double* __restrict by_coarse) {
   for (int k = 0; k < count; ++k) {
-    const double rise = mold[k + 1] - mold[k], along_mold = hypotenuse(step, rise);
-    by_fine[k] = hypotenuse(step, rise + (fine[k + 1] - fine[k])) - along_mold;
-    by_coarse[k] = hypotenuse(step, rise + (coarse[k + 1] - coarse[k])) - along_mold;
+    const double rise = static_cast<double>(p[k + 1].mold) - static_cast<double>(p[k].mold), along_mold = hypotenuse(step, rise);
+    by_fine[k] = hypotenuse(step, rise + (static_cast<double>(p[k + 1].fine) - static_cast<double>(p[k].fine))) - along_mold;
+    by_coarse[k] = hypotenuse(step, rise + (static_cast<double>(p[k + 1].coarse) - static_cast<double>(p[k].coarse))) - along_mold;
   }
 }
 
-// The curvature of the ply at each point, over `wide` points to either side; `square` is the square of their distance.
-inline void curvatures(const double* coarse, const double* mold, int count, int wide, double square, double* __restrict out) {
-  for (int k = 0; k < count; ++k)
-    out[k] = (coarse[k - wide] + mold[k - wide] - 2 * (coarse[k] + mold[k]) + coarse[k + wide] + mold[k + wide]) / square;
+DEBULK_INLINE double height(const PointGaps& p) {
+  return static_cast<double>(p.coarse) + static_cast<double>(p.mold);
 }
 
-// The places one step to the left and to the right of each point, across the step from it to the next.
-inline void beside(const double* x, const double* y, int count, double step, double* __restrict left_x, double* __restrict left_y,
-                   double* __restrict right_x, double* __restrict right_y) {
+// The curvature of the ply at each point, over `wide` points to either side; `square` is the square of their distance.
+inline void curvatures(const PointGaps* p, int count, int wide, double square, double* __restrict out) {
+  for (int k = 0; k < count; ++k) out[k] = (height(p[k - wide]) - 2 * height(p[k]) + height(p[k + wide])) / square;
+}
+
+// What a gap says of each point: not known, off the mold, or flat on it.
+inline void mark(const PointGaps* p, int count, double off, double flat, std::uint8_t* __restrict marks) {
   for (int k = 0; k < count; ++k) {
-    const double dx = x[k + 1] - x[k], dy = y[k + 1] - y[k], norm = __builtin_sqrt(dx * dx + dy * dy);
-    const double across_x = step * (-dy / norm), across_y = step * (dx / norm);
-    left_x[k] = x[k] + across_x, left_y[k] = y[k] + across_y;
-    right_x[k] = x[k] - across_x, right_y[k] = y[k] - across_y;
+    const auto gap = static_cast<double>(p[k].fine);
+    const int known = gap == gap ? 1 : 2, up = gap > off ? 4 : 0, low = __builtin_fabs(gap) < flat ? 8 : 0;
+    marks[k] = static_cast<std::uint8_t>(known | up | low);
   }
 }

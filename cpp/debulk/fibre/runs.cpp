@@ -31,11 +31,11 @@ struct Held {
 };
 
 // Follows the line outwards from one of its points.
-Held held_beyond(const FibreLine& line, int at, int side, const std::vector<UnknownStretch>& gaps, const FibreOptions& options) {
+Held held_beyond(const FibreLine& line, int at, int side, const std::vector<Stretch>& gaps, const FibreOptions& options) {
   const double to_end = (side < 0 ? at : line.count - 1 - at) * line.step;
   double to_gap = to_end + 1;
-  for (const UnknownStretch& gap : gaps) {
-    const int steps = side < 0 ? at - gap.last : gap.first - at;
+  for (const Stretch& gap : gaps) {
+    const int steps = side < 0 ? at - gap.end + 1 : gap.first - at;
     if (steps >= 0) to_gap = std::min(to_gap, steps * line.step);
   }
   Held out;
@@ -45,13 +45,13 @@ Held held_beyond(const FibreLine& line, int at, int side, const std::vector<Unkn
   return out;
 }
 
-bool parted_by(const std::vector<UnknownStretch>& gaps, int last, int first) {
-  return std::any_of(gaps.begin(), gaps.end(), [&](const UnknownStretch& gap) { return gap.first > last && gap.last < first; });
+bool parted_by(const std::vector<Stretch>& gaps, int last, int first) {
+  return std::any_of(gaps.begin(), gaps.end(), [&](const Stretch& gap) { return gap.first > last && gap.end <= first; });
 }
 
 }  // namespace
 
-void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& spans, const std::vector<UnknownStretch>& gaps,
+void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& spans, const std::vector<Stretch>& gaps,
                 const FlatNoise& noise, const ScaleBlurs& blurs, const FibreOptions& options, std::vector<FibreRun>& out) {
   std::vector<Measured> each;
   each.reserve(spans.size());

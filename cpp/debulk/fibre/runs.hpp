@@ -40,7 +40,7 @@ struct ScaleBlurs {
 
 // Returns the runs of one line, given its spans and gaps in order: each span by itself, and for each span the longest
 // sums that begin with it and exceed those of its parts.
-void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& spans, const std::vector<UnknownStretch>& gaps,
+void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& spans, const std::vector<Stretch>& gaps,
                 const FlatNoise& noise, const ScaleBlurs& blurs, const FibreOptions& options, std::vector<FibreRun>& out);
 
 }  // namespace debulk

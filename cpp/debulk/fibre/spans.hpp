@@ -4,10 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "debulk/core/stop.hpp"
 #include "debulk/fibre/fibre_lines.hpp"
-#include "debulk/fibre/filter_loss.hpp"
-#include "debulk/fibre/two_scales.hpp"
+#include "debulk/fibre/gaps_along.hpp"
 
 namespace debulk {
 
@@ -22,11 +20,6 @@ struct FibreSpan {
   double length = 0.0;              // mm, of what is summed, tails included
   double bend = 0.0;                // 1/mm, sum of the squared curvature of the ply along the line
   double turn = 0.0;                // mm/rad, change of the excess as the fibre's direction turns
-};
-
-// A stretch of a line on which nothing is known, from point to point.
-struct UnknownStretch {
-  int first = 0, last = 0;
 };
 
 // What the flat ply of the same scan shows of its noise, per mm of line.
@@ -48,43 +41,35 @@ struct FlatNoise {
 
 struct LineSpans {
   std::vector<FibreSpan> spans;
-  std::vector<UnknownStretch> gaps;
+  std::vector<Stretch> gaps;  // on which nothing is known
   FlatNoise noise;
 };
 
-// Reads the points [begin, end) of line after line, in memory that is used again.
+// Reads line after line, in memory that is used again.
 class LineReader {
  public:
-  LineReader(const FibreOptions& options, bool whole) : options_(options), whole_(whole) {}
-  LineSpans read(const FibreLine& line, int begin, int end, const TwoScales& scales);
+  LineReader(const FibreOptions& options, const GapTiles& tiles, const GapsAlong& along);
+  LineSpans read(const FibreLine& line, const LineCourse& course);
 
  private:
-  // What is known of points one after the other, and of the steps from each to the next.
-  struct Points {
-    std::vector<double> x, y, fine, coarse, mold;
-    std::vector<Place> place;
-    void look_up(const TwoScales& scales, int first, int count);
-    void resize(std::size_t count);
-  };
   enum Mark : std::uint8_t { kRaised = 1, kUnknown = 2, kOff = 4, kFlat = 8 };
 
-  void place_points();
-  void mark_points();
+  void read(const RaisedStretch& stretch);
   void find_spans();
   void find_gaps();
   int tail(int at, int side, int limit) const;
   void measure(FibreSpan& span, int before, int after);
-  void add_turn(FibreSpan& span, int from, int count);
-  void read_noise();
+  void read_noise(std::size_t from);
+  double fine(int k) const { return static_cast<double>(points_[k].fine); }
   int count() const { return static_cast<int>(marks_.size()); }
   bool is(int k, Mark mark) const { return (marks_[static_cast<std::size_t>(k)] & mark) != 0; }
 
   const FibreOptions& options_;
-  const bool whole_;
-  const FibreLine* line_ = nullptr;
-  const TwoScales* scales_ = nullptr;
-  int begin_ = 0;
-  Points at_, left_, right_;
+  const GapsAlong& along_;
+  const double fine_mm_, lost_;  // width of the finer mean; how much more than the coarser one has the low end
+  double step_ = 0.0;
+  int begin_ = 0, wide_ = 1;           // of the stretch; steps over the finer mean
+  const PointGaps* points_ = nullptr;  // of the stretch
   std::vector<std::uint8_t> marks_;
   std::vector<double> by_fine_, by_coarse_, bend_;  // of the steps, and of the points
   LineSpans out_;

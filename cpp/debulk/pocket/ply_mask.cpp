@@ -43,6 +43,14 @@ PlyMask::PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& 
   }
 }
 
+bool PlyMask::covers(int j, int first, int end) const {
+  if (!known()) return true;
+  const auto& row = rows_[static_cast<std::size_t>(j)];
+  for (std::size_t k = 0; k + 1 < row.size(); k += 2)
+    if (row[k] <= first && row[k + 1] > end - 1) return true;
+  return false;
+}
+
 double PlyMask::crossing(int i, int j, int di, int dj) const {
   const auto& line = di != 0 ? rows_[static_cast<std::size_t>(j)] : columns_[static_cast<std::size_t>(i)];
   const double from = di != 0 ? i : j, to = di != 0 ? i + di : j + dj;

@@ -21,6 +21,8 @@ class PlyMask {
   bool known() const { return !on_ply_.empty(); }
   bool on_ply(int i, int j) const { return on_ply_.empty() || on_ply_[static_cast<std::size_t>(j) * nx_ + i] != 0; }
   const std::uint8_t* row(int j) const { return on_ply_.empty() ? nullptr : &on_ply_[static_cast<std::size_t>(j) * nx_]; }
+  // Whether the points [first, end) of a row all lie on the ply.
+  bool covers(int j, int first, int end) const;
   // The fraction of the way from a point (i, j) on the ply to its 4-neighbour (i + di, j + dj) off it at which the
   // outline is crossed first.
   double crossing(int i, int j, int di, int dj) const;

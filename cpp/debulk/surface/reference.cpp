@@ -77,6 +77,36 @@ double along_row(const double* row, const Weights& wx) {
   return v;
 }
 
+// The splines at places one after the other, number by number.
+struct Splines {
+  std::vector<int> first;
+  std::vector<double> values;
+
+  template <class Place>
+  Splines(int count, int n, const Place& place) : first(static_cast<std::size_t>(count)), values(4 * first.size()) {
+    std::vector<double> u(first.size());
+    for (int k = 0; k < count; ++k) u[static_cast<std::size_t>(k)] = place(k);
+    spline_weights(u.data(), count, n, first.data(), values.data());
+    for (std::size_t k = 0; k < u.size(); ++k) {
+      if (u[k] >= 0 && u[k] <= n - 1.0) continue;
+      const Weights w = weights(u[k], n);
+      first[k] = w.first;
+      for (std::size_t a = 0; a < 4; ++a) values[a * u.size() + k] = w.value[a];
+    }
+  }
+  const double* value(int a) const { return values.data() + static_cast<std::size_t>(a) * first.size(); }
+
+  void along_row(const double* row, double* out) const {
+    const double *v0 = value(0), *v1 = value(1), *v2 = value(2), *v3 = value(3);
+    for (std::size_t k = 0; k < first.size(); ++k) {
+      const double* c = row + first[k];
+      double v = 0;
+      v += v0[k] * c[0], v += v1[k] * c[1], v += v2[k] * c[2], v += v3[k] * c[3];
+      out[k] = v;
+    }
+  }
+};
+
 }  // namespace
 
 Reference::Reference(Grid<double> given) : heights_(std::move(given)) {
@@ -154,25 +184,24 @@ double Reference::height(const Eigen::Vector2d& xy) const {
 // A row of the grid needs four rows of coefficients, and rows next to each other mostly the same four: their sums along
 // x are kept, each at its number modulo four.
 void Reference::heights_on(Grid<double>& grid, int threads) const {
-  std::vector<Weights> across(static_cast<std::size_t>(grid.nx));
-  for (int i = 0; i < grid.nx; ++i) across[static_cast<std::size_t>(i)] = weights(heights_.locate(grid.position(i, 0)).x(), heights_.nx);
+  const Splines x(grid.nx, heights_.nx, [&](int i) { return heights_.locate(grid.position(i, 0)).x(); });
+  const Splines y(grid.ny, heights_.ny, [&](int j) { return heights_.locate(grid.position(0, j)).y(); });
   parallel_for(grid.ny, 64, threads, [&](long begin, long end) {
     std::array<std::vector<double>, 4> sums;
     std::array<int, 4> row_of{-1, -1, -1, -1};
     for (int j = static_cast<int>(begin); j < end; ++j) {
-      const Weights wy = weights(heights_.locate(grid.position(0, j)).y(), heights_.ny);
       std::array<const double*, 4> rows;
+      std::array<double, 4> weights;
       for (int b = 0; b < 4; ++b) {
-        const int number = wy.first + b;
+        const int number = y.first[static_cast<std::size_t>(j)] + b;
         std::vector<double>& sum = sums[static_cast<std::size_t>(number % 4)];
         if (std::exchange(row_of[static_cast<std::size_t>(number % 4)], number) != number) {
-          const double* row = &coefficients_[static_cast<std::size_t>(number) * (static_cast<std::size_t>(heights_.nx) + 2)];
-          sum.resize(across.size());
-          for (std::size_t i = 0; i < across.size(); ++i) sum[i] = along_row(row, across[i]);
+          sum.resize(x.first.size());
+          x.along_row(&coefficients_[static_cast<std::size_t>(number) * (static_cast<std::size_t>(heights_.nx) + 2)], sum.data());
         }
-        rows[static_cast<std::size_t>(b)] = sum.data();
+        rows[static_cast<std::size_t>(b)] = sum.data(), weights[static_cast<std::size_t>(b)] = y.value(b)[j];
       }
-      weighted_rows(rows.data(), wy.value.data(), grid.nx, &grid.at(0, j));
+      weighted_rows(rows.data(), weights.data(), grid.nx, &grid.at(0, j));
     }
   });
 }

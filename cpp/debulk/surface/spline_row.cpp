@@ -26,6 +26,19 @@ DEBULK_WIDE void spline_row(const double* __restrict u, int count, int n, int fr
   }
 }
 
+DEBULK_WIDE void spline_weights(const double* __restrict u, int count, int n, int* __restrict first, double* __restrict values) {
+  double* __restrict a = values, * __restrict b = a + count, * __restrict c = b + count, * __restrict d = c + count;
+  const double last = n - 2;
+  for (int k = 0; k < count; ++k) {
+    first[k] = static_cast<int>(std::min(std::max(u[k], 0.0), last));
+    const double t = u[k] - first[k], s = 1 - t;
+    a[k] = s * s * s / 6;
+    b[k] = (4 - 6 * t * t + 3 * t * t * t) / 6;
+    c[k] = (4 - 6 * s * s + 3 * s * s * s) / 6;
+    d[k] = t * t * t / 6;
+  }
+}
+
 DEBULK_WIDE void weighted_rows(const double* const* rows, const double* weights, int count, double* __restrict out) {
   const double *a = rows[0], *b = rows[1], *c = rows[2], *d = rows[3];
   for (int i = 0; i < count; ++i) out[i] = weights[0] * a[i] + weights[1] * b[i] + weights[2] * c[i] + weights[3] * d[i];

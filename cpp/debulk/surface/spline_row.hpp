@@ -8,6 +8,10 @@ namespace debulk {
 // `from`.
 void spline_row(const double* u, int count, int n, int from, const double* value, const double* slope, double* by_slope, double* by_value);
 
+// The values of the four splines that are not zero at places as above, and the number of the first of them; where u is not
+// between 0 and n - 1, both are anything. values[a * count + k] belongs to spline first[k] + a.
+void spline_weights(const double* u, int count, int n, int* first, double* values);
+
 // The weighted sum of four rows, added up in their order.
 void weighted_rows(const double* const* rows, const double* weights, int count, double* out);
 

@@ -62,7 +62,7 @@ int main(int arguments, char** argument) try {
   Grid<float> heights(241, 241, box.low, 0.5, 0.0F);
   for (int j = 0; j < heights.ny; ++j)
     for (int i = 0; i < heights.nx; ++i) heights.at(i, j) = static_cast<float>(lines.thickness + ply.sample(heights.position(i, j)).height);
-  const ExcessField field = measure_excess(straight_lines(shape.angles, {}, box, lines), {&heights}, {}, *mold, true, lines);
+  const ExcessField field = measure_excess(straight_lines(shape.angles, {}, box, lines), heights, {}, *mold, true, lines);
   double excess = 0, least = 0, most = 0;
   for (const FibreRun& run : field.runs) {
     const double margin = std::max(run.uncertainty, 2 * criteria.excess_margin);  // a ridge is half as high as its excess is long

@@ -1,6 +1,5 @@
 """Types of the compiled module `debulk._core.fibre`."""
 
-from collections.abc import Sequence
 from typing import Any
 
 from numpy.typing import ArrayLike, NDArray
@@ -53,7 +52,7 @@ def field_lines(
 ) -> FibreLines: ...
 def measure_excess(
     lines: FibreLines,
-    windows: Sequence[Segmentation | Heights],
+    heights: Segmentation | Heights,
     mold: Reference,
     whole: bool,
     options: FibreOptions,

@@ -73,7 +73,7 @@ FibreOptions sharp() {
 
 ExcessField field_of(const Grid<float>& heights, const Surface& mold, const FibreOptions& options, double degrees = 0) {
   const double angle = degrees * M_PI / 180;
-  return measure_excess(straight_lines({angle, angle + M_PI / 2}, kPly, kBox, options), {&heights}, kPly, mold, true, options);
+  return measure_excess(straight_lines({angle, angle + M_PI / 2}, kPly, kBox, options), heights, kPly, mold, true, options);
 }
 
 // The run with the largest excess, of one family or of both.
@@ -247,8 +247,8 @@ TEST(ExcessField, FollowsAFieldThatTurnsAlongThePly) {
     }
   const FibreOptions options = sharp();
   const Grid<float> heights = heights_of(gap);
-  std::vector<float> memory;
-  const ExcessField out = measure_excess(field_lines(field, kPly, kBox, options), {&heights}, kPly, Plane(), true, options, memory);
+  std::vector<PointGaps> memory;
+  const ExcessField out = measure_excess(field_lines(field, kPly, kBox, options), heights, kPly, Plane(), true, options, memory);
   const double want = exact(gap, Plane(), {-60, 0}, {60, 0});
   int crossing = 0;
   for (const FibreRun& run : out.runs) {
@@ -267,9 +267,9 @@ TEST(ExcessField, StopsWhenAsked) {
   const FibreOptions options;
   Stop stop;
   stop.cancel();
-  std::vector<float> memory;
+  std::vector<PointGaps> memory;
   const auto lines = straight_lines({0, M_PI / 2}, kPly, kBox, options);
-  EXPECT_THROW(measure_excess(lines, {&heights}, kPly, Plane(), true, options, memory, stop), Stopped);
+  EXPECT_THROW(measure_excess(lines, heights, kPly, Plane(), true, options, memory, stop), Stopped);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ def _ply(turn_deg, **recipe):
 
 def _evaluated(found, ply):
     """Evaluate a pocket with the fibres of this ply, not of the one in which it was found."""
-    runs = ply.fibres.over([(found.segmentation, found.feet)], _core.Stop(), whole=False, threads=1)
+    runs = ply.fibres.over(found.segmentation, found.feet, _core.Stop(), whole=False, threads=1)
     return evaluate(replace(found, runs=runs), ply, _core.Stop())
 
 

@@ -97,7 +97,7 @@ def _pieces(
         of_it = {int(label) for label in np.unique(again.labels.values[own])} - {0}
         if of_it:
             feet = pocket.feet_with(lower, again, 1, stop)
-            runs = ply.fibres.over([(again, feet)], stop, whole=False, threads=1)
+            runs = ply.fibres.over(again, feet, stop, whole=False, threads=1)
             for label in sorted(of_it):
                 yield replace(found, segmentation=again, feet=feet, index=label - 1, runs=runs)
             return

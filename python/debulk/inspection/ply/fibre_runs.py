@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
 
@@ -101,18 +101,15 @@ class PlyFibres:
         wanted = options.fibre_lines(recipe, self._draw_mm)
         self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, box, wanted, _core.Stop())
 
-    def over(
-        self, parts: Sequence[tuple[Segmentation, Feet]], stop: _core.Stop, *, whole: bool, threads: int
-    ) -> ScanRuns:
-        """Read the lines over segmented pieces of a scan with their feet; raises `Stopped`.
+    def over(self, segmentation: Segmentation, feet: Feet, stop: _core.Stop, *, whole: bool, threads: int) -> ScanRuns:
+        """Read the lines over a segmented height map with its feet; raises `Stopped`.
 
-        If these are the whole scan, nothing is known beyond them. Otherwise the ply lies flat there.
+        If it is the whole scan, nothing is known beyond it. Otherwise the ply lies flat there.
         """
         wanted = options.fibre_lines(self._recipe, self._draw_mm)
         wanted.threads = threads
-        wanted.mold_tol_mm = max([wanted.mold_tol_mm, *(feet.mold_tol_mm for _, feet in parts)])
-        windows = [segmentation._core for segmentation, _ in parts]
-        field = _core.fibre.measure_excess(self._lines, windows, self._reference, whole, wanted, stop)
+        wanted.mold_tol_mm = max(wanted.mold_tol_mm, feet.mold_tol_mm)
+        field = _core.fibre.measure_excess(self._lines, segmentation._core, self._reference, whole, wanted, stop)
         made = fibre.from_core(field)
         return ScanRuns(made.runs, made.largest, self._lines, field)
 
