@@ -20,6 +20,7 @@ from debulk.grid import Grid
 
 InputError = _core.InputError
 
+_JUMP_RATIO = 6.0  # pitches: an edge of a triangle of pixels that is longer spans a depth jump
 _FIT = _core.surface.FitOptions()  # each default is defined only in cpp/debulk/surface/fit_reference.hpp
 GridT = TypeVar("GridT", bound=Grid)
 
@@ -154,7 +155,7 @@ def height_map(
     spacing_mm: float | None = None,
     *,
     hole_diameter_mm: float = 20.0,
-    jump_ratio: float = 6.0,
+    jump_ratio: float = _JUMP_RATIO,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> HeightMap:
@@ -224,7 +225,6 @@ def grid_heights(
     spacing_mm: float | None = None,
     shape: tuple[int, int] | None = None,
     *,
-    jump_ratio: float = 6.0,
     pitch_mm: float = 0.0,
     threads: int = 0,
     stop: _core.Stop | None = None,
@@ -240,8 +240,6 @@ def grid_heights(
         cloud.
     spacing_mm
         Spacing of the grid; None: the median pitch.
-    jump_ratio
-        A triangle of pixels with an edge longer than this many pitches spans a depth jump and is left out.
     pitch_mm
         The cloud's median pitch, where it is known (`debulk.cloud.median_pitch`); 0: it is measured.
 
@@ -280,8 +278,7 @@ def grid_heights(
         origin, size = _core.surface.covering_grid(low[:2], high[:2], spacing)
     else:
         origin, size = arrays.pair(origin_mm, "origin_mm"), (int(shape[0]), int(shape[1]))
-    ratio, pitch = float(jump_ratio), float(pitch_mm)
-    values = _core.surface.grid_heights(cloud, origin, spacing, size, ratio, pitch, threads, stop)
+    values = _core.surface.grid_heights(cloud, origin, spacing, size, _JUMP_RATIO, float(pitch_mm), threads, stop)
     return Grid(values, origin, spacing)
 
 
@@ -339,20 +336,17 @@ def fit_reference(
     heights: Grid,
     spacing_mm: float = _FIT.node_spacing_mm,
     *,
-    window_mm: float = _FIT.window_mm,
-    robust: float = _FIT.robust,
-    doublings: int = _FIT.doublings,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Reference:
     """Fit the smooth reference surface to measured heights with noise and gaps.
 
-    A weighted quadratic is fitted to the heights round each node, in a window of ``2 * window_mm``, and gives the
-    node's height. That has no bias on a mold that is gently curved over the window, and little noise. A second fit
-    leaves out heights far off the first. Gaps and the border are filled in as a thin plate, which continues linearly.
-    Where the fit is off over several nodes, the window is half as wide, and where it is still off, a quarter. Beside a
-    cliff the surface follows the upper side up to its last point, while heights of the lower side within 40 mm are not
-    fitted; see `misfits`.
+    A weighted quadratic is fitted to the heights round each node, in a window, and gives the node's height. That has no
+    bias on a mold that is gently curved over the window, and little noise. A second fit leaves out heights far off the
+    first. Gaps and the border are filled in as a thin plate, which continues linearly. Where the fit is off over
+    several nodes, the window is half as wide, and where it is still off, a quarter: a groove 16 mm wide and 6 mm deep
+    reads 6.0 mm, and one 8 mm wide reads 5.1 mm. Beside a cliff the surface follows the upper side up to its last
+    point, while heights of the lower side within 40 mm are not fitted; see `misfits`.
 
     Parameters
     ----------
@@ -360,13 +354,6 @@ def fit_reference(
         (ny, nx) grid of z as from `grid_heights`; NaN where nothing was seen.
     spacing_mm
         Distance between the surface's nodes; rounded to a multiple of the grid's spacing.
-    window_mm
-        Least half width of the window. Details narrower than a quarter of the window are smoothed: with the default, a
-        groove 16 mm wide and 6 mm deep reads 6.0 mm, and one 8 mm wide reads 5.1 mm.
-    robust
-        A height farther off than this many robust standard deviations is left out.
-    doublings
-        How often the window may be doubled where the wider fit agrees with the narrower ones within their noise.
 
     Returns
     -------
@@ -387,9 +374,6 @@ def fit_reference(
     """
     options = _core.surface.FitOptions()
     options.node_spacing_mm = float(spacing_mm)
-    options.window_mm = float(window_mm)
-    options.robust = float(robust)
-    options.doublings = doublings
     nodes, origin, step = _core.surface.fit_reference(
         _heights(heights, "heights"),
         arrays.pair(heights.origin_mm, "origin_mm"),

@@ -52,7 +52,6 @@ def patch(
     *,
     mode: Literal["foot", "paper"] = "foot",
     margin_mm: float = _PATCH.margin_mm,
-    fade_mm: float = _PATCH.fade_mm,
 ) -> Patch:
     """Cut out one pocket's patch: the ply's net surface inside the perimeter, the reference F outside.
 
@@ -66,12 +65,11 @@ def patch(
         The surface F below the ply.
     mode
         ``"foot"``: max(ply - thickness, F) out to the foot contour, smoothed. ``"paper"``: the ply inside the outline
-        at the cut (smoothed, too), F outside, joined by a step of up to the cut height.
+        at the cut (smoothed, too), F outside, joined by a step of up to the cut height. In mode foot, the height left
+        at the perimeter (the mold tolerance; more at a saddle) fades out over a short distance; past the ply's edge the
+        surface goes on and fades over `margin_mm`.
     margin_mm
         Margin of the window round the perimeter: at least the offset of the net's boundary.
-    fade_mm
-        In mode foot, distance outside the perimeter over which the height left there (the mold tolerance; more at a
-        saddle) goes down to F; 0: at once. Past the ply's edge the surface goes on and fades over `margin_mm`.
 
     Raises
     ------
@@ -93,7 +91,6 @@ def patch(
     options = _core.pocket.PatchOptions()
     options.mode = mode
     options.margin_mm = margin_mm
-    options.fade_mm = fade_mm
     core = _core.pocket.make_patch(segmentation._core, feet._core, pocket_id, reference, options)
 
     def grid(values: NDArray[Any]) -> Grid:

@@ -38,11 +38,11 @@ def one_of(name: str, value: object, known: Sequence[str]) -> None:
         raise InputError(f"{name}: expected one of {', '.join(map(repr, known))}, but got {value!r}")
 
 
-def checked_pixels(pixels: Any, name: str = "pixels") -> tuple[int, int]:
+def checked_pixels(pixels: Any) -> tuple[int, int]:
     """Check a width and a height."""
     if not isinstance(pixels, tuple | list) or len(pixels) != 2:
-        raise InputError(f"{name}: expected (width, height), but got {pixels!r}")
-    return whole(name, pixels[0], 32, 32000), whole(name, pixels[1], 8, 32000)
+        raise InputError(f"pixels: expected (width, height), but got {pixels!r}")
+    return whole("pixels", pixels[0], 32, 32000), whole("pixels", pixels[1], 8, 32000)
 
 
 def checked_periods(periods: Any) -> tuple[int, ...]:

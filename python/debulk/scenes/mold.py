@@ -44,9 +44,9 @@ def inside(x: Floats, y: Floats) -> NDArray[np.bool_]:
     return np.asarray((np.abs(x) <= HALF_X_MM) & (np.abs(y) <= HALF_Y_MM))
 
 
-def rim(points_a_side: int = 50) -> NDArray[Any]:
-    """(4 · points_a_side, 3) points along the mold's upper edge, counter-clockwise from the corner (-x, -y), mm."""
-    s = np.linspace(-1.0, 1.0, points_a_side, endpoint=False)
+def rim() -> NDArray[Any]:
+    """(200, 3) points along the mold's upper edge, counter-clockwise from the corner (-x, -y), mm."""
+    s = np.linspace(-1.0, 1.0, 50, endpoint=False)
     one = np.ones_like(s)
     x = HALF_X_MM * np.concatenate([s, one, -s, -one])
     y = HALF_Y_MM * np.concatenate([-one, s, one, -s])

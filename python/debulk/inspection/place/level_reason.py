@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from debulk.inspection.place.level import LIMITS, Deviation
-from debulk.inspection.place.level_step import Step, step_of
+from debulk.inspection.place.level_step import Step, best_step
 from debulk.recipe import Recipe, options
 from debulk.results.finding import Reason
 from debulk.results.level import Level
@@ -55,7 +55,7 @@ def level_reason(
     left = [found.left(tol, k) for k in range(3)]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
-    step = step_of(found, 2 if order is None else max(1, order))
+    step = best_step(found, 2 if order is None else max(1, order))
     if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
         what, remedy = _step(step)
     else:

@@ -36,7 +36,7 @@ class Step:
     """(B,) deviations of the squares after subtracting the step."""
 
 
-def step_of(found: Deviation, order: int) -> Step | None:
+def best_step(found: Deviation, order: int) -> Step | None:
     """Return the straight step that explains a deviation best, if clearly better than the fit of that order.
 
     Some squares stand high for other reasons, such as the foot of a pocket, and a few of them would dominate a sum of
