@@ -238,7 +238,10 @@ def _doubts(chain: Chain, reports: Sequence[Report], sessions: Sequence[str] | N
         figure = chain.figure(one.name)
         if figure is None:
             out.append(f"the {one.says} could not be measured: a change of it alone is not noticed")
-        elif one.share and figure.mean and _reach(figure) > max(_UNSTEADY, one.share) * abs(figure.mean):
+        elif one.share and any(
+            limit is not None and abs(limit - figure.mean) > max(_UNSTEADY, one.share) * abs(figure.mean) > 0
+            for limit in (figure.low, figure.high)
+        ):
             out.append(
                 f"the {one.says} varies so much from scan to scan ({figure.mean:.3g} ± {figure.sd:.2g}) that its "
                 "limits recognise only coarse changes"
@@ -255,8 +258,3 @@ def _doubts(chain: Chain, reports: Sequence[Report], sessions: Sequence[str] | N
     if chain.strip is None:
         out.append("no gauge was scanned: the gain of heights is not known, and blur only by the ply's edge")
     return out
-
-
-def _reach(figure: Figure) -> float:
-    """Return how far a figure's limits are from its mean, at most."""
-    return max(abs(limit - figure.mean) for limit in (figure.low, figure.high) if limit is not None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from debulk import _core
 from debulk.inspection import reporting
@@ -10,8 +11,6 @@ from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.evaluate.evaluation import settle
-from debulk.inspection.find.found import FoundPocket
-from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.report import Report
 from debulk.results.report import PocketReport
 from debulk.results.unsettled import Later, UnsettledPocket
@@ -25,7 +24,7 @@ def unsettled(report: Report, seen: Seen) -> Report:
     """
     judged, ply = seen.judged, seen.ply
     later = [
-        _later(found, one, ply) if one.report.unsolved else None
+        Later(partial(settle, found, one, ply, _core.Stop())) if one.report.unsolved else None
         for found, one in zip(judged.pockets, judged.evaluations, strict=True)
     ]
     if not any(later):
@@ -41,10 +40,6 @@ def unsettled(report: Report, seen: Seen) -> Report:
         one if make is None else _unsettled(one, make) for one, make in zip(report.pockets, later, strict=True)
     )
     return report.changed(pockets=pockets).settled_by(Later(whole))
-
-
-def _later(found: FoundPocket, decided: Evaluation, ply: PlyOnMold) -> Later[Evaluation]:
-    return Later(lambda: settle(found, decided, ply, _core.Stop()))
 
 
 def _unsettled(pocket: PocketReport, make: Later[Evaluation]) -> PocketReport:

@@ -52,7 +52,7 @@ class Tracing:
             "mold_from_scanner": given.mold_from_scanner,
             "camera": camera,
             "fitted_camera": None if image is None else np.array(image.camera),
-            "mask": _mask(given.mask),
+            "mask": None if given.mask is None else fingerprint.of_mask(given.mask),
             "versions": _versions(),
             "host": _host() | {"threads used": str(given.recipe.run.threads or _core.default_threads())},
         }
@@ -99,10 +99,6 @@ def _plain(value: Any, name: str) -> Any:
     raise InputError(
         f"{name}: expected text, a finite number, true or false, None, or a list or dictionary of these, but got {what}"
     )
-
-
-def _mask(mask: NDArray[np.bool_] | None) -> ArrayTrace | None:
-    return None if mask is None else fingerprint.of_mask(mask)
 
 
 @functools.cache

@@ -39,7 +39,8 @@ def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOn
     """
 
     def whole(found: FoundPocket, one: Evaluation) -> Evaluation:
-        if not one.report.unsolved or _number_of(one.report) >= ply.recipe.run.audit:
+        number = zlib.crc32(one.report.outline_mm.tobytes()) / 2**32  # from 0 to 1
+        if not one.report.unsolved or number >= ply.recipe.run.audit:
             return one
         audited = settle(found, one, ply, cycle.stop, pool)
         return one if audited.late else replace(audited, turned=_net_bridges(audited.report, ply))
@@ -56,11 +57,6 @@ def _net_bridges(pocket: PocketReport, ply: PlyOnMold) -> str:
     if pocket.verdict is not Verdict.CEASE or not certified or bridge_mm <= ply.recipe.verdict.max_ridge_mm:
         return ""
     return f"pocket {pocket.id} is CEASE by its fibre lines ({pocket.reason}), but its net bridges {bridge_mm:.2f} mm"
-
-
-def _number_of(pocket: PocketReport) -> float:
-    """Return a number from 0 to 1, without 1, that follows from the pocket's outline."""
-    return zlib.crc32(pocket.outline_mm.tobytes()) / 2**32
 
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:

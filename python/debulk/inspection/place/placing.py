@@ -102,7 +102,9 @@ class Placing:
     def gross(self, sample: Sample) -> Placed | None:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
         on = self.zones.inside(sample)
-        same = self._same_share(sample, on)
+        # Points beside the ply do not count, for both scans show the same surface there. Without an outline, the ply may
+        # be a small part of the scan, and nearly all points have to be the same.
+        same = float(np.mean(sample.same[on])) if on.any() else 0.0
         limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
         if same > limit:
             return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
@@ -170,14 +172,6 @@ class Placing:
             )
         )
         return placed if finding is None else replace(placed, finding=finding)
-
-    def _same_share(self, sample: Sample, on: NDArray[np.bool_]) -> float:
-        """Return the share of the points on the ply that are the reference's own, bit for bit.
-
-        Points beside the ply do not count, for both scans show the same surface there. If the outline is not known, the
-        ply may be a small part of the scan, and the caller asks for nearly all points to be the same.
-        """
-        return float(np.mean(sample.same[on])) if on.any() else 0.0
 
     def _offset(self, sample: Sample) -> float:
         """Return the offset of the scan's height that is to be removed; 0: none is allowed, or it is too small."""

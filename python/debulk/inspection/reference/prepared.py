@@ -118,7 +118,8 @@ def _gridded(
     try:
         spacing, pitch = _spacing_mm(points, recipe, stop)
     except InputError as error:
-        raise (error if mask is None else InputError(f"{error}; the mask hides {_hidden(mask)}")) from None
+        hidden = "" if mask is None else f"; the mask hides {np.count_nonzero(mask)} of {mask.size} pixels"
+        raise InputError(f"{error}{hidden}") from None
     heights = preparation.step(
         "reference: grid",
         0.3,
@@ -176,10 +177,6 @@ def _too_narrow(wide_mm: float, long_mm: float, came: str = "") -> InputError:
         "reference: expected a cloud wide enough for a surface to be fitted to it, but got one of "
         f"{wide_mm:.3g} by {long_mm:.3g} mm{came}; give the whole cloud of what is below the ply"
     )
-
-
-def _hidden(mask: NDArray[np.bool_]) -> str:
-    return f"{np.count_nonzero(mask)} of {mask.size} pixels"
 
 
 def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
