@@ -102,7 +102,7 @@ class Placing:
     def gross(self, sample: Sample) -> Placed | None:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
         on = self.zones.inside(sample)
-        # Points beside the ply do not count, for both scans show the same surface there. Without an outline, the ply may
+        # Points beside the ply do not count, for both scans show the same surface there. Without an outline the ply may
         # be a small part of the scan, and nearly all points have to be the same.
         same = float(np.mean(sample.same[on])) if on.any() else 0.0
         limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
