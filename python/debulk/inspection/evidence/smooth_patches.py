@@ -142,19 +142,8 @@ def steps_hide(step_mm: float) -> str:
 
 def touching(quiet: Bools) -> list[Whole]:
     """Return the (N, 2) rows and columns of quiet squares, in groups of squares that touch along a side."""
-    left = {(int(row), int(column)) for row, column in np.argwhere(quiet)}
-    pieces = []
-    for start in sorted(left):
-        if start not in left:
-            continue
-        left.remove(start)
-        piece = [start]
-        for row, column in piece:  # the list grows during the loop
-            beside = {(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)} & left
-            left -= beside
-            piece += sorted(beside)
-        pieces.append(np.array(piece))
-    return pieces
+    count, labels = cv2.connectedComponents(quiet.astype(np.uint8), connectivity=4)
+    return [np.argwhere(labels == label) for label in range(1, count)]
 
 
 def _unknown(limits: list[_core.rawscan.QuietLimits]) -> str:
