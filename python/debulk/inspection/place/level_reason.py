@@ -51,7 +51,7 @@ def level_reason(
     enough = max(share, LIMITS.explained_share * wrong)
     # A fit of negligible size explains nothing, even if little is left after subtracting it.
     sizes_mm = np.array([abs(median), np.ptp(found.fits_mm[1]), level.bow_mm])
-    counts = sizes_mm > np.maximum(tol * np.array([0.5, 1.0, 0.5]), LIMITS.least_mm)
+    counts = sizes_mm > tol * np.array([0.5, 1.0, 0.5])
     left = [found.left(tol, k) for k in range(3)]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
