@@ -45,7 +45,7 @@ def reason(blocks):
 def test_a_step_is_a_step(shape, share, height_mm, high_share):
     said, found = reason(seen(shape, high_share))
     assert " of the ply lies " in said and " by a step along " in said
-    step = best_step(found, 1)
+    step = best_step(found)
     assert step.share == pytest.approx(share, abs=0.02) and step.height_mm == pytest.approx(height_mm, abs=0.02)
 
 
@@ -78,7 +78,7 @@ def test_the_line_of_a_step_is_where_the_step_is():
     xy = np.column_stack([x.ravel(), y.ravel()])
     across, along = np.array([-0.5, 0.75**0.5]), np.array([0.75**0.5, 0.5])  # of a line at 30 degrees
     on_line = np.array([480.0, -120.0])
-    step = best_step(stepped(xy, 0.4, (xy - on_line) @ across > 0), 1)
+    step = best_step(stepped(xy, 0.4, (xy - on_line) @ across > 0))
     assert step.line_deg == 30.0
     assert (step.at_mm - on_line) @ across == pytest.approx(0, abs=10)  # half a square
     assert (step.at_mm - xy.mean(axis=0)) @ along == pytest.approx(0, abs=1e-6)  # the place nearest to the middle
@@ -87,13 +87,13 @@ def test_the_line_of_a_step_is_where_the_step_is():
 
 def test_a_step_from_below_the_thickness_to_above_it_is_a_step():
     xy = seen(lambda u, v: 0 * u, 0.0).xy_mm
-    step = best_step(stepped(xy, 0.2, np.sign(xy[:, 0])), 1)
+    step = best_step(stepped(xy, 0.2, np.sign(xy[:, 0])))
     assert step.height_mm == pytest.approx(0.4) and step.share == pytest.approx(0.5)
 
 
 def test_a_fit_that_explains_all_leaves_no_step():
     blocks = seen(lambda u, v: u, 0.0)
-    assert best_step(level.deviation(blocks, 0.3, 0.3), 1) is None
+    assert best_step(level.deviation(blocks, 0.3, 0.3)) is None
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -102,8 +102,8 @@ def test_three_squares_are_a_side_and_two_are_not(side):
     rng = np.random.default_rng(5)
     xy = np.column_stack([side * np.arange(0.0, 400, 20), rng.uniform(-60, 60, 20)])
     for few in (3, 4):
-        assert best_step(stepped(xy, 2.0, np.arange(20) >= 20 - few), 1).share == pytest.approx(few / 20)
-    fewer = best_step(stepped(xy, 2.0, np.arange(20) >= 18), 1)
+        assert best_step(stepped(xy, 2.0, np.arange(20) >= 20 - few)).share == pytest.approx(few / 20)
+    fewer = best_step(stepped(xy, 2.0, np.arange(20) >= 18))
     assert fewer is None or fewer.share > 0.1
 
 

@@ -55,7 +55,7 @@ def level_reason(
     left = [found.left(tol, k) for k in range(3)]
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
-    step = best_step(found, 2 if order is None else max(1, order))
+    step = best_step(found)
     if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
         what, remedy = _step(step)
     else:

@@ -36,14 +36,14 @@ class Step:
     """(B,) deviations of the squares after subtracting the step."""
 
 
-def best_step(found: Deviation, order: int) -> Step | None:
-    """Return the straight step that explains a deviation best, if clearly better than the fit of that order.
+def best_step(found: Deviation) -> Step | None:
+    """Return the straight step that explains a deviation best, if clearly better than a paraboloid does.
 
     Some squares stand high for other reasons, such as the foot of a pocket, and a few of them would dominate a sum of
     squares. So a side's height is the median of its squares, and no square counts as more than half a step off.
     """
     residual, count = found.residual_mm, len(found.residual_mm)
-    smooth = np.abs(residual - found.fits_mm[order])
+    smooth = np.abs(residual - found.fits_mm[2])
     least = max(_LEAST_SQUARES, int(np.ceil(_LEAST_SHARE * count)))
     best, smallest = None, _BETTER
     for degrees in np.arange(_WAYS) * (180.0 / _WAYS):
