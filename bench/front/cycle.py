@@ -68,7 +68,7 @@ def fibres_ms(inspector, scan) -> float:
     found, best = inspector.find(scan), np.inf
     for _ in range(10):
         began = time.process_time()
-        inspector.ply.fibres.over(*found.parts[0], debulk._core.Stop(), whole=True, threads=0)
+        inspector.ply.fibres.over(*found.part, debulk._core.Stop(), whole=True, threads=0)
         best = min(best, 1e3 * (time.process_time() - began))
     return best
 

@@ -40,9 +40,9 @@ def measured(given: object, recipe: debulk.Recipe) -> tuple[float, float, float]
         given.mask,
     )
     found = inspector.find(given.scan)
-    if not found.parts:
+    if found.part is None:
         return (0.0, 0.0, 0.0)
-    whole, feet = found.parts[0]
+    whole, feet = found.part
     runs = debulk.fibre.measure(
         whole.heights,
         inspector.reference,

@@ -456,10 +456,9 @@ class Inspector:
 
     def _with_runs(self, found: Found, ply: PlyOnMold, stop: _core.Stop, pitch_mm: float = 0.0) -> Found:
         """Return what was found, with the runs of the fibre lines over it, in a scan with points so far apart."""
-        if not found.parts:
+        if found.part is None:
             return replace(found, pitch_mm=pitch_mm)
-        segmentation, feet = found.parts[0]
-        runs = ply.fibres.over(segmentation, feet, stop, whole=True, threads=self.recipe.run.threads)
+        runs = ply.fibres.over(*found.part, stop, whole=True, threads=self.recipe.run.threads)
         coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
         beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
         if self.setup.outline is None:

@@ -10,7 +10,7 @@ import laid_ply
 
 
 def arrays(found):
-    ((segmentation, feet),) = found.parts
+    segmentation, feet = found.part
     maps = segmentation.labels, segmentation.heights, feet.labels, feet.heights, found.overview
     return [grid.values for grid in maps]
 
@@ -23,9 +23,9 @@ def test_results_that_are_held_do_not_change():
     second = inspector.find(scans[1])
     assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(arrays(first), copies, strict=True))
     assert not np.array_equal(arrays(first)[0], arrays(second)[0])
-    place = second.parts[0][0].heights.values.ctypes.data
+    place = second.part[0].heights.values.ctypes.data
     del second
-    assert inspector.find(scans[1]).parts[0][0].heights.values.ctypes.data == place  # nobody held it
+    assert inspector.find(scans[1]).part[0].heights.values.ctypes.data == place  # nobody held it
     report = inspector.inspect(scans[0])
     heights, outlines = report.height_map.values.copy(), [p.outline_mm.copy() for p in report.pockets]
     inspector.inspect(scans[1])
@@ -38,7 +38,7 @@ def test_a_report_keeps_heights_two_millimetres_apart():
     one = laid_ply.layup()
     inspector = debulk.Inspector(fine, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
     found = inspector.find(one.scan)
-    heights, overview = found.parts[0][0].heights, found.overview
+    heights, overview = found.part[0].heights, found.overview
     assert (heights.spacing_mm, overview.spacing_mm) == (0.5, 2.0)
     assert np.array_equal(heights.origin_mm, overview.origin_mm)
     of_ply = heights.values[::4, ::4]

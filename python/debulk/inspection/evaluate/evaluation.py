@@ -49,7 +49,7 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         if not found.foot.closed:
             return not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
         spacing_mm = found.segmentation.heights.spacing_mm
-        if found.promoted and (specks := unseen.single_points(found.pocket, found.unseen, spacing_mm, ply.recipe)):
+        if found.promoted and (specks := unseen.single_points(found.pocket, found.holes, spacing_mm, ply.recipe)):
             share = found.pocket.measured_share
             return not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
         return _with_closed_rim(found, ply, stop, pool)

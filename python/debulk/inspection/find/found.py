@@ -12,8 +12,10 @@ from debulk.fibre import FibreRuns
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.ply.fibre_runs import ScanRuns
-from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen
+from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen, UnseenHole
 from debulk.results.report import LeftOut
+
+Hole = tuple[UnseenHole, bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,27 +26,21 @@ class FoundPocket:
     """1 for the largest pocket of the scan."""
     segmentation: Segmentation
     feet: Feet
-    """`segmentation`, `feet`: the piece of the scan in which the pocket was found."""
+    """`segmentation`, `feet`: the scan in which the pocket was found, or a window of it."""
     index: int
-    """Index of the pocket in that piece, from 0."""
-    unseen: Unseen
-    """What the scan does not show."""
+    """Index of the pocket there, from 0."""
+    holes: tuple[Hole, ...] = ()
+    """As in the `Found` that the pocket comes from."""
     promoted: str = ""
     """Why it is judged although it is below a tolerance; empty if it is not below any."""
     joined: tuple[int, ...] = ()
     """Numbers of the other pockets that share their foot with this one; its net spans them too."""
-    masked: tuple[bool, ...] = ()
     runs: ScanRuns | None = None
-    """`masked`, `runs`: as in the `Found` that the pocket comes from."""
-
-    @property
-    def hidden(self) -> tuple[bool, ...]:
-        """For each of the holes of `unseen`, whether the mask hides it."""
-        return self.masked or (False,) * len(self.unseen.holes)
+    """As in the `Found` that the pocket comes from."""
 
     @property
     def pocket(self) -> Pocket:
-        """The part above the cut; its `id` is unique only within its piece of the scan."""
+        """The part above the cut; its `id` is unique only within its segmentation."""
         return self.segmentation.pockets[self.index]
 
     @property
@@ -70,7 +66,7 @@ def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The pockets of a scan, found in one piece or in several.
+    """The pockets of a scan.
 
     Examples
     --------
@@ -83,8 +79,8 @@ class Found:
     (14, 1, False)
     """
 
-    parts: tuple[tuple[Segmentation, Feet], ...]
-    """The segmented pieces of the scan, with their feet. No pocket is in two pieces."""
+    part: tuple[Segmentation, Feet] | None
+    """The segmented scan with its feet; None: no pockets were looked for."""
     unseen: Unseen
     """How much of the ply is known (of the reference, if the outline is unknown), and the holes in it."""
     overview: Grid
@@ -98,33 +94,41 @@ class Found:
     masked: tuple[bool, ...] = ()
     """For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask."""
     runs: ScanRuns | None = None
-    """The runs of the fibre lines over the parts; None: not read."""
+    """The runs of the fibre lines over the scan; None: not read."""
     pitch_mm: float = 0.0
     """Distance from point to point of the scan; 0: not measured. The heights between them are interpolated."""
 
     @property
+    def holes(self) -> tuple[Hole, ...]:
+        """The holes of `unseen`, each with whether the mask hides it."""
+        hidden = self.masked or (False,) * len(self.unseen.holes)
+        return tuple(zip(self.unseen.holes, hidden, strict=True))
+
+    @property
     def pockets(self) -> tuple[FoundPocket, ...]:
-        """All pockets, largest area first, numbered as if the scan were in one piece."""
-        places = [(s, feet, index) for s, feet in self.parts for index in range(len(s.pockets))]
-        places.sort(key=lambda place: -round(1e6 * place[0].pockets[place[2]].area_mm2))
-        keys = [(id(feet), feet.feet[index].label) for _, feet, index in places]
-        sharing: dict[tuple[int, int], list[int]] = {}
-        for number, key in enumerate(keys, start=1):
-            sharing.setdefault(key, []).append(number)
+        """All pockets, largest area first."""
+        if self.part is None:
+            return ()
+        segmentation, feet = self.part
+        order = sorted(range(len(segmentation.pockets)), key=lambda k: -round(1e6 * segmentation.pockets[k].area_mm2))
+        sharing: dict[int, list[int]] = {}
+        for number, index in enumerate(order, start=1):
+            sharing.setdefault(feet.feet[index].label, []).append(number)
+        holes = self.holes
         return tuple(
             FoundPocket(
                 number,
-                *place,
-                self.unseen,
-                joined=tuple(n for n in sharing[key] if n != number),
-                masked=self.masked,
+                segmentation,
+                feet,
+                index,
+                holes,
+                joined=tuple(n for n in sharing[feet.feet[index].label] if n != number),
                 runs=self.runs,
             )
-            for number, (place, key) in enumerate(zip(places, keys, strict=True), start=1)
+            for number, index in enumerate(order, start=1)
         )
 
     @property
     def dropped(self) -> tuple[Dropped, ...]:
         """The bumps that stand above the cut but are no pockets, largest area first."""
-        dropped = [d for segmentation, _ in self.parts for d in segmentation.dropped]
-        return tuple(sorted(dropped, key=lambda d: -d.area_mm2))
+        return () if self.part is None else tuple(sorted(self.part[0].dropped, key=lambda d: -d.area_mm2))

@@ -45,17 +45,11 @@ class WholeScanFinder:
         times_ms, began = front.times_ms, time.perf_counter()
         overview, unseen = front.overview(options.unseen(self._recipe, self._setup.outline))
         if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
-            return Found(
-                parts=(),
-                unseen=unseen,
-                overview=overview,
-                times_ms=times_ms,
-                doubt=self._why_so_little(points, stop),
-            )
+            return Found(None, unseen, overview, times_ms, doubt=self._why_so_little(points, stop))
         wanted = options.segment(self._recipe, self._setup.outline)
         part = front.pockets(wanted, options.feet(self._recipe), stop)
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
-        return Found(parts=(part,), unseen=unseen, overview=overview, times_ms=times_ms)
+        return Found(part, unseen, overview, times_ms)
 
     def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
         """Return what is likely to be wrong with a scan that shows far too little of the ply."""

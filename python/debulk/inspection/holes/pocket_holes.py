@@ -11,7 +11,7 @@ import numpy as np
 from debulk import _core, pocket
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
-from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.find.found import FoundPocket, Hole
 from debulk.inspection.find.windows import cells_round, cut_out, grown
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
@@ -48,7 +48,7 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     A hole is a part of the ply that the scan, the reference or the mask leaves unknown after the rules for small holes
     and for drop-outs. A hole that the segmentation bridged because a pocket surrounds it counts, too.
     """
-    listed = [(hole, hidden) for hole, hidden in zip(found.unseen.holes, found.hidden, strict=True) if not hole.filled]
+    listed = [one for one in found.holes if not one[0].filled]
     heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
     thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, NEAR_MM)]
     if found.foot.closed and not thick:
@@ -155,7 +155,7 @@ def _flood(into: Bools, start: Bools, steps: int) -> Bools:
     return reached
 
 
-def _holes(unknown: Bools, window: Grid, listed: list[tuple[pocket.UnseenHole, bool]]) -> Iterator[HoleBeside]:
+def _holes(unknown: Bools, window: Grid, listed: list[Hole]) -> Iterator[HoleBeside]:
     """Yield the listed holes that the unknown cells belong to; the other cells, if they are many, are one more hole."""
     cell_mm2 = window.spacing_mm**2
     xy = window.origin_mm + window.spacing_mm * np.argwhere(unknown)[:, ::-1]

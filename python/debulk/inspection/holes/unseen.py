@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk import pocket
-from debulk.inspection.find.found import Found, FoundPocket
+from debulk.inspection.find.found import Found, FoundPocket, Hole
 from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.pocket import Dropped
 from debulk.recipe import Recipe
@@ -46,7 +46,7 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             at_ply_edge=hole.at_ply_edge,
             at_best=None if (one := _of_hole(hole, hidden, found, pockets, recipe)) is None else one.at_best,
         )
-        for hole, hidden in _with_masked(found)
+        for hole, hidden in found.holes
         if not hole.filled
     )
 
@@ -59,8 +59,9 @@ def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> l
     height are lower bounds may be a pocket, unless it was judged as one together with the holes beside it, or lies in a
     hole that a pocket was judged with.
     """
-    of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in _with_masked(found))
+    of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in found.holes)
     out = [one for one in of_holes if one is not None]
+    spacing_mm = 0.0 if found.part is None else found.part[0].heights.spacing_mm
     for bump in found.dropped:
         share = bump.measured_share
         if any(_judged_as(bump, one) for one in pockets):
@@ -71,8 +72,8 @@ def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> l
         why = "borders on what was not seen" if bump.touches_unknown else f"was seen to {100 * share:.0f} % only"
         at_best = Verdict.INVALID
         if not bump.touches_unknown:
-            judged = [one for hole in _holes_round(bump, found.unseen) if (one := _judged_with(hole, pockets))]
-            specks = single_points(bump, found.unseen, found.parts[0][0].heights.spacing_mm, recipe)
+            judged = [one for hole in _holes_round(bump, found.holes) if (one := _judged_with(hole, pockets))]
+            specks = single_points(bump, found.holes, spacing_mm, recipe)
             why += specks or (f", in a hole that pocket {judged[0].id} was judged with" if judged else "")
             at_best = Verdict.UNDECIDED if specks or judged else at_best
         place = f"({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm"
@@ -89,7 +90,7 @@ def _judged_as(bump: Dropped, one: PocketReport) -> bool:
     return bool(pocket.inside(one.foot_outline_mm, bump.centroid_mm[None])[0])
 
 
-def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_mm: float, recipe: Recipe) -> str:
+def single_points(bump: Dropped | pocket.Pocket, listed: Sequence[Hole], spacing_mm: float, recipe: Recipe) -> str:
     """Return words for a bump that is only a few points in a hole round which the ply lies flat; empty: it is more.
 
     Highlights leave such stray points in the holes that they make. A fold whose flanks were not seen may leave them
@@ -97,15 +98,15 @@ def single_points(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen, spacing_
     """
     points = bump.measured_share * bump.area_mm2 / spacing_mm**2
     high = standing_mm(recipe)
-    holes = [hole for hole in _holes_round(bump, unseen) if hole.outer_rim_height < high <= bump.peak_mm]
+    holes = [hole for hole in _holes_round(bump, listed) if hole.outer_rim_height < high <= bump.peak_mm]
     if bump.measured_share >= recipe.verdict.min_pocket_coverage or points > LIMITS.speck_points or not holes:
         return ""
     return ", in single points amid what was not seen"
 
 
-def _holes_round(bump: Dropped | pocket.Pocket, unseen: pocket.Unseen) -> list[pocket.UnseenHole]:
+def _holes_round(bump: Dropped | pocket.Pocket, listed: Sequence[Hole]) -> list[pocket.UnseenHole]:
     """Return the holes in whose box the middle of a bump lies."""
-    return [h for h in unseen.holes if (h.box[0] <= bump.centroid_mm).all() and (bump.centroid_mm <= h.box[1]).all()]
+    return [h for h, _ in listed if (h.box[0] <= bump.centroid_mm).all() and (bump.centroid_mm <= h.box[1]).all()]
 
 
 def _may_be_mm2(bump: Dropped, found: Found, recipe: Recipe) -> float:
@@ -167,7 +168,7 @@ def open_rim(found: FoundPocket) -> str:
         away = float(pocket.distance_to_outline(outline, hole.box.mean(axis=0)[None])[0])
         return away - _reach(hole)
 
-    listed = [pair for pair in zip(found.unseen.holes, found.hidden, strict=True) if not pair[0].filled]
+    listed = [pair for pair in found.holes if not pair[0].filled]
     nearest = min(listed, key=lambda pair: gap_mm(pair[0]), default=None)
     name = "a part of the ply that was not seen"
     if nearest is not None and gap_mm(nearest[0]) < NEAR_MM:
@@ -188,7 +189,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
             f"{hole.thickness:.0f} mm thick; its rim is {hole.rim_height:.2f} mm above the reference",
         )
-        for hole, hidden in _with_masked(found)
+        for hole, hidden in found.holes
         if not hole.filled
     ]
     if found.unseen.smaller:
@@ -201,11 +202,6 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             )
         )
     return tuple(entries)
-
-
-def _with_masked(found: Found) -> zip[tuple[pocket.UnseenHole, bool]]:
-    holes = found.unseen.holes
-    return zip(holes, found.masked or (False,) * len(holes), strict=True)
 
 
 def _name(hole: pocket.UnseenHole, hidden: bool) -> str:
@@ -229,11 +225,13 @@ def _bridged(hole: pocket.UnseenHole, found: Found, recipe: Recipe) -> bool:
     A thin hole whose rim is below half the cut counts as bridged too: its rim is no pocket's, and a thin hole cannot
     hide a pocket that does not show at its rim.
     """
-    for whole, _ in found.parts:
-        begin, end = cells = whole.heights.cells(hole.box)
-        if not whole.heights.holds(cells).all():
-            continue
-        if np.isfinite(whole.heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all():
+    if found.part is not None:
+        heights = found.part[0].heights
+        begin, end = cells = heights.cells(hole.box)
+        if (
+            heights.holds(cells).all()
+            and np.isfinite(heights.values[begin[1] : end[1] + 1, begin[0] : end[0] + 1]).all()
+        ):
             return True
     return hole.rim_height < recipe.segmentation.cut_height_mm / 2
 

@@ -150,10 +150,9 @@ def _place_at(
 ) -> FoundPocket | None:
     """Segment a window round the top of a place; None if most of it belongs to a pocket, or only a point stands up."""
     threads = ply.recipe.run.threads
-    part = next((part for part in found.parts if np.isfinite(part[0].heights.at(top_mm))), None)
-    if part is None:
+    if found.part is None or not np.isfinite(found.part[0].heights.at(top_mm)):
         return None
-    whole, feet = part
+    whole, feet = found.part
     wanted, lower = options.segment(ply.recipe, ply.outline), options.feet(ply.recipe)
     lower.noise_mm = feet.noise_mm  # the noise of the whole scan: a window is too small to estimate it
     half_way_mm = ply.recipe.material.thickness_mm + 0.5 * (feet.mold_tol_mm + gap_mm)
@@ -172,7 +171,7 @@ def _place_at(
         lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.length_mm(_closed(bump.outline_mm)))
         again.pockets[label - 1] = _with_unseen(bump, found.dropped)
         its_feet = pocket.feet_with(lower, again, threads, stop)
-        one = FoundPocket(0, again, its_feet, label - 1, found.unseen, masked=found.masked, runs=found.runs)
+        one = FoundPocket(0, again, its_feet, label - 1, found.holes, runs=found.runs)
         if one.foot.closed or again.labels.values.shape == whole.labels.values.shape:
             return one
         half_mm *= 2

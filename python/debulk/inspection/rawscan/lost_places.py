@@ -90,10 +90,10 @@ def lost(standing: Standing, found: Found, recipe: Recipe) -> tuple[Lost, ...]:
 
 
 def _lowered_mm(place: Narrow, found: Found) -> float:
-    """Return by how much the height map, which shows nothing of the ply where it has no part, lies below a place."""
+    """Return by how much the height map, which may show nothing of the ply, lies below a place."""
     kept = np.full(len(place.samples_mm), -np.inf)
-    for whole, _ in found.parts:
-        kept = np.fmax(kept, _between(whole.heights, place.samples_mm[:, :2]))
+    if found.part is not None:
+        kept = np.fmax(kept, _between(found.part[0].heights, place.samples_mm[:, :2]))
     by_mm = np.sort(place.samples_mm[:, 2] - kept)
     lowered_mm = float(by_mm[int(LIMITS.upper_share * len(by_mm))])
     return lowered_mm if lowered_mm > LIMITS.lowered_mm else 0.0
@@ -150,9 +150,9 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
     """Name the bumps on which no net could be laid, and what was not seen, or not looked for."""
     example = f"a fibre over a bell so wide, {_BELL_MM:g} mm high, is "
     if not np.isfinite(standing.sample_mm):
-        if not found.parts:
+        if found.part is None:
             return standing.left_out
-        heights_mm = max(found.pitch_mm, *(float(whole.heights.spacing_mm) for whole, _ in found.parts))
+        heights_mm = max(found.pitch_mm, float(found.part[0].heights.spacing_mm))
         wide_mm = _LOST_CELLS * heights_mm
         unseen = LeftOut(
             what=f"bumps narrower than {wide_mm:.2g} mm at their foot",
