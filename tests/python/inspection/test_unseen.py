@@ -249,7 +249,7 @@ def test_a_hole_in_which_only_specks_stand_up_may_hide_a_pocket_and_one_whose_ri
     filled: bool, outer_mm: float, verdict: Verdict
 ) -> None:
     hole = _hole(filled=filled, outer_rim_height=outer_mm)
-    found: Any = SimpleNamespace(unseen=SimpleNamespace(holes=[hole]), masked=(), parts=(), dropped=())
+    found: Any = SimpleNamespace(holes=((hole, False),), part=None, dropped=())
     (doubt,) = unseen.findings(found, (), debulk.Recipe())
     assert doubt.at_best is verdict
     assert ("single points" in doubt.reason) == (verdict is Verdict.UNDECIDED)
