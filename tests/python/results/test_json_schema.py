@@ -1,5 +1,6 @@
 """The published JSON Schema is that of the dataclasses, and what is saved keeps it."""
 
+import copy
 import gzip
 import json
 from pathlib import Path
@@ -35,9 +36,10 @@ def test_an_old_record_that_was_brought_to_the_present_keeps_it(what):
 
 
 def test_a_report_keeps_it_and_an_edited_one_does_not(report):
-    schema = json_schema.json_schema("report")
+    validator = jsonschema.Draft202012Validator(json_schema.json_schema("report"))
     tree = json.loads(json.dumps(report.to_dict()))
-    jsonschema.validate(tree, schema)
+    validator.validate(tree)
+    tree["pockets"] = tree["pockets"][:1]
     for edit in (
         lambda t: t.update(schema=SCHEMA - 1),
         lambda t: t.update(verdict="good"),
@@ -47,10 +49,10 @@ def test_a_report_keeps_it_and_an_edited_one_does_not(report):
         lambda t: t["pockets"][0]["outline_mm"].append([1.0]),
         lambda t: t["height_map"].pop("values"),
     ):
-        wrong = json.loads(json.dumps(tree))
+        wrong = copy.deepcopy(tree)
+        assert validator.is_valid(wrong)
         edit(wrong)
-        with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(wrong, schema)
+        assert not validator.is_valid(wrong)
 
 
 def test_an_empty_comparison_keeps_it():

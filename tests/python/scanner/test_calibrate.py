@@ -86,6 +86,7 @@ def test_the_cameras_are_found_from_images(kind):
     assert legacy not in found.remarks[1:]
 
 
+@pytest.mark.slow
 def test_standard_deviations_are_those_of_many_calibrations():
     rng = np.random.default_rng(2)
     ratios = []
