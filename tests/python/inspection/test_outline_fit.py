@@ -67,7 +67,7 @@ BOTH = pytest.mark.parametrize("family", ["first", "varied"])
 )
 def test_an_impossible_outline_is_refused(family, change, reason):
     with pytest.raises(InputError, match=reason):
-        inspect(family, True, change(given(family).ply_outline))
+        inspect(family, change(given(family).ply_outline))
 
 
 @BOTH
