@@ -54,9 +54,6 @@ class Feet:
     thickness_mm: float
     smooth_mm: float
     """`thickness_mm`, `smooth_mm`: the arguments of `feet`."""
-    hill_mm: float
-    """Height from which a part of the ply that is no pocket counts as a hill: half the cut, or the cut itself if feet
-    begin above half the cut."""
     _core: Any = field(repr=False)
 
     def __reduce__(self) -> NoReturn:
@@ -127,7 +124,7 @@ def feet_from_core(segmentation: Segmentation, core: Any, options: _core.pocket.
     grid = segmentation.labels
     labels, heights = _like(grid, core.labels), _like(grid, core.heights)
     given = options.thickness_mm, options.smooth_mm
-    return Feet(found, labels, heights, core.noise, core.mold_tol, *given, core.hill, core)
+    return Feet(found, labels, heights, core.noise, core.mold_tol, *given, core)
 
 
 def _like(grid: Grid, values: NDArray[Any]) -> Grid:

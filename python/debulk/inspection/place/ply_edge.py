@@ -14,7 +14,7 @@ import numpy as np
 from debulk.arrays import Bools, Floats, Whole
 from debulk.grid import Grid
 from debulk.inspection.evidence.outline import STRETCH_MM, Outline
-from debulk.inspection.ply.humps import HIGHEST_MM
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict

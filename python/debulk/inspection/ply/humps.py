@@ -21,7 +21,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
-from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
 from debulk.recipe import Recipe
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -36,7 +36,6 @@ _SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quad
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
 _MOST = 30  # places that are tried at each radius
-HIGHEST_MM = 25.0  # air lifts no ply so high above what is below: a clamp or a tool, or the mold
 _FOOT = 0.05  # of its height: where a hump begins
 _EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
 _WAYS = tuple(way for right, down in _EIGHT for way in ((right, down), (-down, right)))

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.ply.humps import HIGHEST_MM
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import heed
 from debulk.results.finding import Finding
