@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
+from debulk.arrays import Singles
 from debulk.scanner.faults import refuse_faults
 from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps
-
-F32 = NDArray[np.float32]
 
 NO_EXPOSURE = 255
 """In `Phase.exposure`: every exposure is saturated."""
@@ -23,9 +22,9 @@ NO_EXPOSURE = 255
 class Planes:
     """What was taken of a camera's images while they arrived; pixels in groups of sixteen."""
 
-    best: F32
+    best: Singles
     """(2 + numbers of periods, pixels), of each pixel's brightest exposure so far without saturation."""
-    coming: F32 | None
+    coming: Singles | None
     """(1 + numbers of periods, pixels), of the exposure whose images arrive; None if there is only one."""
     exposure: NDArray[np.uint8]
     """(pixels,) exposures in ``best``."""
@@ -33,7 +32,7 @@ class Planes:
     """Greatest grey value, as assumed while images were missing."""
 
     @property
-    def arrays(self) -> tuple[F32, F32 | None, NDArray[np.uint8]]:
+    def arrays(self) -> tuple[Singles, Singles | None, NDArray[np.uint8]]:
         """The arrays as the core takes them."""
         return self.best, self.coming, self.exposure
 
@@ -42,20 +41,20 @@ class Planes:
 class Phase:
     """Values that a camera's fringe images give for each pixel. Maps are (H, W) in the original image."""
 
-    phase_rad: F32 = field(repr=False)
+    phase_rad: Singles = field(repr=False)
     """Absolute phase for the first number of periods N, growing by 2π N over the projector's field, from 0 or the start
     phase on, made from all numbers of periods; NaN where the pixel is dark or saturated, or its fringe order is
     doubtful."""
-    noise_rad: F32 = field(repr=False)
+    noise_rad: Singles = field(repr=False)
     """Standard deviation of the phase due to the sensor's noise; NaN where the pixel is not lit. The ripple that a
     projector's gamma leaves with few steps is no part of it: both cameras see the same one, so it cancels in depth."""
-    modulation: F32 = field(repr=False)
+    modulation: Singles = field(repr=False)
     """Amplitude of the fringes in grey values of the chosen exposure, averaged over the numbers of periods."""
     exposure: NDArray[np.uint8] = field(repr=False)
     """Index of the exposure that was chosen; 255 where all are saturated."""
-    offset: F32 | None = field(default=None, repr=False)
+    offset: Singles | None = field(default=None, repr=False)
     """Mean grey value, if requested."""
-    order_residual: F32 | None = field(default=None, repr=False)
+    order_residual: Singles | None = field(default=None, repr=False)
     """Distance of the fringe order from a whole number, 0 to 0.5; at 0.5 the next order would have been as likely. NaN
     where the pixel is not lit."""
     brightness: tuple[float, ...] = (1.0,)

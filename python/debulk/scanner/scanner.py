@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import Singles
 from debulk.forking import Guard
 from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
@@ -20,7 +21,6 @@ from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running
 from debulk.workers import Workers
 
-F32 = NDArray[np.float32]
 Progress = Callable[[str, float], None]
 _AT_ONCE = 4  # steps on threads of their own: both cameras are decoded and judged
 
@@ -111,7 +111,7 @@ class Scanner:
         deadline_s: float | None = None,
         progress: Progress | None = None,
         *,
-        out: tuple[F32, F32] | None = None,
+        out: tuple[Singles, Singles] | None = None,
     ) -> Scan:
         """Decode both cameras' images and triangulate.
 
@@ -181,7 +181,7 @@ class Scanner:
         right_images: Any,
         deadline_s: float | None,
         progress: Progress | None,
-        out: tuple[F32, F32] | None,
+        out: tuple[Singles, Singles] | None,
         planes: Sequence[Planes | None] = (None, None),
     ) -> Scan:
         stop = _core.Stop()
@@ -207,7 +207,7 @@ class Scanner:
         self,
         left_images: Any,
         right_images: Any,
-        out: tuple[F32, F32] | None,
+        out: tuple[Singles, Singles] | None,
         report: Progress,
         stop: _core.Stop,
         pool: Workers,

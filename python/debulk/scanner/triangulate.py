@@ -7,17 +7,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import Singles
 from debulk.scanner.calibration import Calibration, Rectified
 from debulk.scanner.decode import Phase
 from debulk.scanner.epipolar import Epipolar, judge_rows
 from debulk.scanner.inputs import InputError
 from debulk.scanner.third_view import disagreement
-
-F32 = NDArray[np.float32]
 
 EDGE_RATIO = 3.0
 """Neighbouring phases farther apart than this many of the image's median steps lie on two sides of an edge."""
@@ -29,11 +28,11 @@ LEAST_MATCHED = 0.3
 class Scan:
     """An organised cloud from two cameras."""
 
-    points_mm: F32 = field(repr=False)
+    points_mm: Singles = field(repr=False)
     """(H, W, 3) in the frame of the rectified left camera: pixel (i, j) lies along ((j - cx) / f, (i - cy) / f, 1); NaN
     where nothing was seen by both cameras. H and W are the camera's; where it is turned so far that the rectified image
     would be much coarser then, they are larger (``calibration.rectified.pixels``)."""
-    uncertainty_mm: F32 = field(repr=False)
+    uncertainty_mm: Singles = field(repr=False)
     """(H, W) standard deviation along the ray due to the phases' noise; 0 where that is not known."""
     camera: tuple[float, float, float]
     """f, cx, cy in pixels."""
@@ -46,7 +45,7 @@ class Scan:
     """Depth by which cameras and projector disagree; NaN if the calibration contains no projector."""
 
 
-def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0) -> tuple[F32, F32]:
+def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0) -> tuple[Singles, Singles]:
     """Match two phase maps that are already rectified, row by row.
 
     Parameters
@@ -130,15 +129,15 @@ def triangulate(
     return triangulate_into(points, uncertainty, left, right, calibration, threads, stop or _core.Stop())
 
 
-def empty_cloud(calibration: Calibration) -> tuple[F32, F32]:
+def empty_cloud(calibration: Calibration) -> tuple[Singles, Singles]:
     """Memory for the points, (H, W, 3), and their uncertainty, (H, W), of a scan with these cameras."""
     width, height = calibration.rectified.pixels
     return np.empty((height, width, 3), np.float32), np.empty((height, width), np.float32)
 
 
 def triangulate_into(
-    points: F32,
-    uncertainty: F32,
+    points: Singles,
+    uncertainty: Singles,
     left: Phase | ArrayLike,
     right: Phase | ArrayLike,
     calibration: Calibration,
@@ -196,7 +195,7 @@ def _geometry(rectified: Rectified) -> list[float]:
     return [rectified.focal_px, cx, rectified.right_cx, cy, rectified.baseline_mm, 0.0, furthest]
 
 
-def _view(phase: Phase | ArrayLike, name: str, maps: tuple[F32, ...] | None) -> tuple[Any, ...]:
+def _view(phase: Phase | ArrayLike, name: str, maps: tuple[Singles, ...] | None) -> tuple[Any, ...]:
     noise = phase.noise_rad if isinstance(phase, Phase) else None
     values = np.ascontiguousarray(phase.phase_rad if isinstance(phase, Phase) else phase, dtype=np.float32)
     if values.ndim != 2 or values.size == 0:
