@@ -2,7 +2,8 @@
 
 The virtual layups are of the second family with white noise only, and each is inspected as a whole. Only pockets inside
 the ply count whose true held excess makes a ridge of 0.3 to 0.9 mm. Each twelfth of that range has the same weight,
-however many pockets fall into it. Writes limit.txt, limit.csv and limit.png.
+however many pockets fall into it. A pocket over which the true ply bridges a hollow above the limit creases whatever
+its ridge. Writes limit.txt, limit.csv and limit.png.
 """
 
 from __future__ import annotations
@@ -17,9 +18,11 @@ import numpy as np
 
 from debulk import Inspector
 from debulk.recipe import Recipe
+from debulk.results.report import PocketReport
 from lab.study.pictures import STYLE, pyplot
 from lab.study.summary import write_csv
 from lab.varied import Given, VariedLayup, given_right, varied_layup
+from lab.varied.bridges import sections
 from lab.varied.polygons import inside
 
 LOW_MM, HIGH_MM, BINS = 0.3, 0.9, 12
@@ -39,6 +42,8 @@ class Row:
     uncertainty_mm: float
     decided_by: str
     reason: str
+    bridge_mm: float = 0.0
+    """Height of the highest bridge of the true ply over a pocket that is decided; 0: it has none."""
 
 
 def prepared(seed: int, pixels: tuple[int, int], recipe: Recipe) -> tuple[VariedLayup, Given, Inspector]:
@@ -70,8 +75,12 @@ def rows_of(seed: int, pixels: tuple[int, int]) -> Iterator[Row]:
         known = said.excess
         yield Row(
             seed, kinds, truth.ridge_mm, said.verdict.value, known.height_mm, known.uncertainty_mm, said.decided_by,
-            said.reason,
+            said.reason, _bridge_mm(layup, said) if said.verdict.value in DECIDED else 0.0,
         )  # fmt: skip
+
+
+def _bridge_mm(layup: VariedLayup, said: PocketReport) -> float:
+    return max((one.bridge_mm for one in sections(layup, said.foot_outline_mm, Recipe())), default=0.0)
 
 
 def share(rows: list[Row], said: tuple[str, ...]) -> tuple[float, float]:
@@ -93,7 +102,8 @@ def _bin(truth_mm: float) -> int:
 def wrong(row: Row) -> bool:
     """Return whether the pocket was decided but the truth lies on the other side of the limit."""
     limit = Recipe().verdict.max_ridge_mm
-    return row.verdict == ("cease" if row.truth_mm > limit else "crease")
+    creases = max(row.truth_mm, row.bridge_mm) > limit
+    return row.verdict == ("cease" if creases else "crease")
 
 
 def table(rows: list[Row], layups: int) -> str:
@@ -105,8 +115,9 @@ def table(rows: list[Row], layups: int) -> str:
         f"inside the ply whose true ridge, half the held excess and 0.43 of the thickness, is {LOW_MM:g} to "
         f"{HIGH_MM:g} mm; the limit is {limit:g} mm. Shares with a standard error: each of {BINS} parts of the range, "
         f"with {min(bins)} to {max(bins)} pockets, counts the same. Wrong side: CEASE with a true ridge above the "
-        "limit, CREASE with one below. Height: measured less true, mm. A ring's true ridge counts each side of its "
-        "laid middle by itself, the rule lets one fold draw both together."
+        "limit, CREASE with one below; a bridge of the true ply above it (lab/varied/bridges.py) counts as one. "
+        "Height: measured less true, mm. A ring's true ridge counts each side of its laid middle by itself, the rule "
+        "lets one fold draw both together."
     )
     lines = ["POCKETS ROUND THE LIMIT", "", fill(about, 116), ""]
     lines.append(
