@@ -309,3 +309,14 @@ def test_the_worst_square_is_the_one_that_is_surely_off(error_mm, surely):
 
 def test_the_same_scan_is_named_with_its_share():
     assert "are the same: 53 % of their points" in same_reason(0.53)
+
+
+def test_what_stands_off_widely_is_shown_where_it_is_surely_highest():
+    """By its deviation less two standard errors: the left half is known to 0.3 mm, the highest square to 0.1 mm."""
+    blocks = squares(0.30 + 0.9 * U**2, 1e-6)
+    error, height, highest = blocks.error_mm.copy(), blocks.height_mm.copy(), (X == 290) & (Y == 90)
+    error[U < 0], error[highest] = 0.3, 0.1
+    height[highest] += 0.25
+    found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
+    said = level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe()).text
+    assert "or the ply stands off the mold widely, by 1.09 mm at (290, 90) mm" in said
