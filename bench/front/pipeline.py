@@ -93,8 +93,7 @@ def handed_over(instrument, left, right):
 def after_last(arriving, left, right, out=None):
     """Return the cloud, and the seconds and the processor seconds from the last pair of images to it.
 
-    The last pair is then taken back, so that the next cycle need not hand over the others again. Of several exposures
-    the longest takes the place of the shorter ones, and does so again with the same result.
+    The last pair is then taken back, so that the next cycle need not hand over the others again.
     """
     began, used = time.perf_counter(), time.process_time()
     arriving.add(left[-1][-1], right[-1][-1])

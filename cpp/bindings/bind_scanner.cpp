@@ -196,7 +196,7 @@ void bind_scanner(py::module_ m) {
       },
       py::arg("images"), py::arg("exposure"), py::arg("period"), py::kw_only(), py::arg("periods"), py::arg("saturated"), py::arg("planes"),
       py::arg("threads"), py::arg("widest"), py::arg("stop"),
-      "Takes the steps of one number of periods into planes, from which decode() then makes the maps.");
+      "Takes the steps of one number of periods into planes, from which and the last ones decode() then makes the maps.");
 
   m.def(
       "check_neighbours",

@@ -35,6 +35,20 @@ struct Tables {
   float turn_noise;   // the same in turns of one wrapped phase
 };
 
+// The usual pattern, for which the compiler unrolls the loops over its steps and numbers of periods.
+struct UsualTables : Tables {
+  static constexpr int steps = 6, periods = 2;
+};
+
+// Calls the function with the tables, of a type of their own if the pattern is the usual one.
+template <class Function>
+void with_pattern(const Tables& t, const Function& function) {
+  if (t.steps == UsualTables::steps && t.periods == UsualTables::periods)
+    function(UsualTables{t});
+  else
+    function(t);
+}
+
 #define DEBULK_KERNEL "debulk/scanner/decode_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
@@ -106,8 +120,10 @@ void take_in(const std::vector<const T*>& images, long pixels, const Place& plac
   require(place.exposure >= 0 && place.exposure < no_exposure, "exposure", "0 to 254", place.exposure);
   require(place.exposure == 0 || kept.coming.offset, "exposure", "planes for the exposure that is coming", place.exposure);
   const Tables tables = tables_of(how);
-  parallel_for(pixels / 16, chunk, how.threads, stop,
-               [&](long begin, long end) { DEBULK_ON(how.isa, take_groups(images.data(), pixels, tables, place, kept, begin, end)); });
+  with_pattern(tables, [&](const auto& pattern) {
+    parallel_for(pixels / 16, chunk, how.threads, stop,
+                 [&](long begin, long end) { DEBULK_ON(how.isa, take_groups(images.data(), pixels, pattern, place, kept, begin, end)); });
+  });
 }
 
 template <class T>
@@ -116,13 +132,16 @@ DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const Phase
   require(static_cast<std::size_t>(stack.images_each()) == how.steps * how.plan.periods.size(), "images", "steps times periods",
           stack.images_each());
   require(stack.exposures >= 1 && stack.exposures < no_exposure, "images", "1 to 254 exposures", stack.exposures);
+  require(!arrived || stack.exposures == 1 || arrived->coming.offset, "planes", "planes for the last exposure", "None");
 
   const Tables tables = tables_of(how);
   const long groups = stack.pixels / 16;
   std::vector<DecodeCounts> parts(static_cast<std::size_t>((groups + chunk - 1) / chunk));
-  parallel_for(groups, chunk, how.threads, stop, [&](long begin, long end) {
-    DecodeCounts& part = parts[static_cast<std::size_t>(begin / chunk)];
-    DEBULK_ON(how.isa, run(stack, tables, maps, arrived, begin, end, part));
+  with_pattern(tables, [&](const auto& pattern) {
+    parallel_for(groups, chunk, how.threads, stop, [&](long begin, long end) {
+      DecodeCounts& part = parts[static_cast<std::size_t>(begin / chunk)];
+      DEBULK_ON(how.isa, run(stack, pattern, maps, arrived, begin, end, part));
+    });
   });
   DecodeCounts all;
   for (const DecodeCounts& part : parts) all += part;

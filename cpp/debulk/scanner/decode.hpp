@@ -70,15 +70,16 @@ struct Place {
   int exposure = 0, period = 0;
 };
 
-// Takes in the steps of one number of periods. All are taken in, in the order of an ImageStack. Throws as `decode` does.
+// Takes in the steps of one number of periods. All are taken in, in the order of an ImageStack, but the last ones, which
+// `decode` adds itself. Throws as `decode` does.
 template <class T>
 void take_in(const std::vector<const T*>& images, long pixels, const Place& place, const Decoding& how, const Arrived& kept,
              const Stop& stop);
 
 // Decodes each pixel from its brightest exposure in which no step is saturated. Pixels are decoded in groups;
-// exposures that no pixel of a group needs are not read. If all images were taken in before, none is read, and all bits
-// of the maps are the same. Throws InputError on a wrong number of steps, images, pixels or exposures,
-// and Stopped.
+// exposures that no pixel of a group needs are not read. If images were taken in before, only those of the last number of
+// periods of the last exposure are read, and all bits of the maps are the same. Throws InputError on a wrong number of
+// steps, images, pixels or exposures, and Stopped.
 template <class T>
 DecodeCounts decode(const ImageStack<T>& stack, const Decoding& how, const PhaseMaps& maps, const Stop& stop,
                     const Arrived* arrived = nullptr);

@@ -35,7 +35,8 @@ DEBULK_INLINE Floats angle(Floats y, Floats x) {
 
 // Returns the wrapped phase of the grey values of one number of periods, turns. Adds their sum to the offset, and the
 // length of their fringe's sum to the modulation.
-DEBULK_INLINE Floats wrapped_phase(const Floats* v, const Tables& t, Floats& offset, Floats& modulation) {
+template <class Pattern>
+DEBULK_INLINE Floats wrapped_phase(const Floats* v, const Pattern& t, Floats& offset, Floats& modulation) {
   Floats sum = v[0], c = v[0], s = all(0.0f);
   for (int k = 1; k < t.steps; ++k) sum += v[k], c += v[k] * t.cosine[k], s += v[k] * t.sine[k];
   offset += sum;
@@ -43,36 +44,55 @@ DEBULK_INLINE Floats wrapped_phase(const Floats* v, const Tables& t, Floats& off
   return angle(-s, c);
 }
 
-// Takes in sixteen pixels, `to`, of the steps of one number of periods.
-template <class T>
-DEBULK_INLINE void take(const T* const* from, long at, const Tables& t, const Place& place, const Arrived& kept, long to) {
+// What is known of sixteen pixels: of the numbers of periods up to one, or of the best exposure so far.
+struct Known {
+  Floats wrapped[most_periods], offset, modulation;
+  Ints exposure;
+};
+
+// Adds the steps of a number of periods, `from` at `at`, to what is kept of the pixels `to`.
+template <class T, class Pattern>
+DEBULK_INLINE Known add_steps(const T* const* from, long at, const Pattern& t, const Place& place, const Arrived& kept, long to) {
   const auto p = static_cast<std::size_t>(place.period), last = static_cast<std::size_t>(t.periods - 1);
-  const Planes& into = place.exposure == 0 ? kept.best : kept.coming;
+  const Planes& before = place.exposure == 0 ? kept.best : kept.coming;
   Floats value[most_images];
   value[0] = grey(from[0] + at);  // apart, for the compiler cannot know that there is a step
   Floats top = higher(value[0], all(0.0f));
   for (int k = 1; k < t.steps; ++k) value[k] = grey(from[k] + at), top = higher(value[k], top);
-  Floats offset = p == 0 ? all(0.0f) : load(into.offset + to), modulation = p == 0 ? all(0.0f) : load(into.modulation + to);
-  Floats wrapped = wrapped_phase(value, t, offset, modulation);
-  offset = choose(top < t.saturated, offset, all(nan));
-  const Ints fine = offset == offset;
-  if (place.exposure > 0 && p == last) {  // the exposure is complete: it takes the place of a shorter one where it can
-    for (std::size_t q = 0; q < last; ++q)
-      store(kept.best.wrapped[q] + to, choose(fine, load(into.wrapped[q] + to), load(kept.best.wrapped[q] + to)));
-    wrapped = choose(fine, wrapped, load(kept.best.wrapped[p] + to)), offset = choose(fine, offset, load(kept.best.offset + to));
-    modulation = choose(fine, modulation, load(kept.best.modulation + to));
+  Known out;
+  out.offset = p == 0 ? all(0.0f) : load(before.offset + to), out.modulation = p == 0 ? all(0.0f) : load(before.modulation + to);
+  out.wrapped[p] = wrapped_phase(value, t, out.offset, out.modulation);
+  out.offset = choose(top < t.saturated, out.offset, all(nan));
+  if (p < last) return out;
+  // The exposure is complete: it takes the place of a shorter one where it can.
+  const Ints fine = out.offset == out.offset;
+  const bool shorter = place.exposure > 0 && !every(fine);
+  for (std::size_t q = 0; q < last; ++q) out.wrapped[q] = load(before.wrapped[q] + to);
+  if (shorter) {
+    for (std::size_t q = 0; q <= last; ++q) out.wrapped[q] = choose(fine, out.wrapped[q], load(kept.best.wrapped[q] + to));
+    out.offset = choose(fine, out.offset, load(kept.best.offset + to));
+    out.modulation = choose(fine, out.modulation, load(kept.best.modulation + to));
   }
-  const Planes& out = p == last ? kept.best : into;
-  store(out.wrapped[p] + to, wrapped), store(out.offset + to, offset), store(out.modulation + to, modulation);
-  if (p == last) {
-    const Ints before = place.exposure == 0 ? Ints{} + no_exposure : load_ints(kept.exposure + to);
-    store_bytes(kept.exposure + to, choose(fine, Ints{} + place.exposure, before));
-  }
+  out.exposure = choose(fine, Ints{} + place.exposure, shorter ? load_ints(kept.exposure + to) : Ints{} + no_exposure);
+  return out;
+}
+
+// Takes in sixteen pixels, `to`, of the steps of one number of periods.
+template <class T, class Pattern>
+DEBULK_INLINE void take(const T* const* from, long at, const Pattern& t, const Place& place, const Arrived& kept, long to) {
+  const auto p = static_cast<std::size_t>(place.period);
+  const Known now = add_steps(from, at, t, place, kept, to);
+  const bool complete = place.period == t.periods - 1;
+  const Planes& out = complete || place.exposure == 0 ? kept.best : kept.coming;
+  if (complete && place.exposure > 0)
+    for (std::size_t q = 0; q < p; ++q) store(out.wrapped[q] + to, now.wrapped[q]);
+  store(out.wrapped[p] + to, now.wrapped[p]), store(out.offset + to, now.offset), store(out.modulation + to, now.modulation);
+  if (complete) store_bytes(kept.exposure + to, now.exposure);
 }
 
 // Takes in groups of sixteen pixels. The call that does the last whole group also does the remaining pixels.
-template <class T>
-void take_groups(const T* const* from, long pixels, const Tables& t, const Place& place, const Arrived& kept, long begin, long end) {
+template <class T, class Pattern>
+void take_groups(const T* const* from, long pixels, const Pattern& t, const Place& place, const Arrived& kept, long begin, long end) {
   for (long g = begin; g < end; ++g) take(from, g * lanes, t, place, kept, g * lanes);
   const long left = pixels - end * lanes;
   if (left <= 0 || left >= lanes) return;
@@ -83,18 +103,19 @@ void take_groups(const T* const* from, long pixels, const Tables& t, const Place
   take(padded, 0, t, place, kept, end * lanes);
 }
 
-// Decodes the sixteen pixels from `at` on, from what has arrived or, without that, from the images. Only pixels whose bit
-// is set in the mask `counted` enter the counts.
-template <class T>
-DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, const Arrived* arrived, long at,
+// Decodes the sixteen pixels from `at` on, from what has arrived and the last images or, without that, from all images. Only pixels whose
+// bit is set in the mask `counted` enter the counts.
+template <class T, class Pattern>
+DEBULK_INLINE void group(const ImageStack<T>& stack, const Pattern& t, const PhaseMaps& maps, const Arrived* arrived, long at,
                          unsigned counted, DecodeCounts& counts) {
   const int images = t.steps * t.periods;
-  Floats wrapped[most_periods] = {}, offset = all(0.0f), modulation = all(0.0f);
+  Floats wrapped[most_periods], offset = all(0.0f), modulation = all(0.0f);
   Ints open = {}, exposure = {};
   if (arrived) {
-    for (std::size_t p = 0; p < static_cast<std::size_t>(t.periods); ++p) wrapped[p] = load(arrived->best.wrapped[p] + at);
-    offset = load(arrived->best.offset + at), modulation = load(arrived->best.modulation + at);
-    exposure = load_ints(arrived->exposure + at), open = offset != offset;
+    const Place last{stack.exposures - 1, t.periods - 1};
+    const Known all_of = add_steps(stack.exposure(last.exposure) + last.period * t.steps, at, t, last, *arrived, at);
+    for (int p = 0; p < t.periods; ++p) wrapped[p] = all_of.wrapped[p];
+    offset = all_of.offset, modulation = all_of.modulation, exposure = all_of.exposure, open = offset != offset;
     counts.read += static_cast<long>(lanes) * images * stack.exposures;
   } else {
     Floats value[most_images];
@@ -166,8 +187,8 @@ DEBULK_INLINE void group(const ImageStack<T>& stack, const Tables& t, const Phas
 
 // Decodes groups of sixteen pixels. The call that does the last whole group also decodes the remaining pixels, in a
 // group that overlaps the one before.
-template <class T>
-void run(const ImageStack<T>& stack, const Tables& t, const PhaseMaps& maps, const Arrived* arrived, long begin, long end,
+template <class T, class Pattern>
+void run(const ImageStack<T>& stack, const Pattern& t, const PhaseMaps& maps, const Arrived* arrived, long begin, long end,
          DecodeCounts& counts) {
   for (long g = begin; g < end; ++g) group(stack, t, maps, arrived, g * lanes, 0xffff, counts);
   const long left = stack.pixels - end * lanes;

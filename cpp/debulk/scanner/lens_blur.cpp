@@ -19,12 +19,17 @@ constexpr float edge_ratio = 3.0f;   // neighbouring phases further apart than t
 constexpr long samples = 400'000;    // number of pixels that the estimate uses, about
 constexpr double surest = 5;         // the estimate must be this many standard deviations above zero
 constexpr double most_variance = 1;  // px²
+constexpr int narrowest = 18;        // px that an image is wide, for the groups of sixteen
 constexpr int reach = 2;             // px over which a bend is taken; rows to the texture that is the instrument
 
 struct Row {
   const float* phase;
   const float* light;
 };
+
+std::size_t start_of(const FringeLight& light, int row) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(light.width);
+}
 
 #define DEBULK_KERNEL "debulk/scanner/lens_blur_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
@@ -33,16 +38,6 @@ float edge_of(const float* phase, const FringeLight& light) {
   PhaseView view;
   view.phase = phase, view.width = light.width, view.height = light.height;
   return edge_ratio * median_step(view);
-}
-
-std::size_t start_of(const FringeLight& light, int row) {
-  return static_cast<std::size_t>(row) * static_cast<std::size_t>(light.width);
-}
-
-void light_of_row(const FringeLight& light, int row, std::vector<float>& out) {
-  const std::size_t first = start_of(light, row), width = static_cast<std::size_t>(light.width);
-  out.resize(width);
-  for (std::size_t i = 0; i < width; ++i) out[i] = light.modulation[first + i] * light.gain[light.exposure[first + i]];
 }
 
 struct Sample {
@@ -59,10 +54,10 @@ std::vector<float> across_row(const float* phase, const std::vector<float>& ligh
   return out;
 }
 
-void sample_row(const float* phase, const FringeLight& light, int row, float edge, std::vector<Sample>& out) {
+void sample_row(const float* phase, const FringeLight& light, int row, float edge, Isa isa, std::vector<Sample>& out) {
   std::vector<float> rows[2 * reach + 1], across[2 * reach + 1];
   for (int k : {0, 1, 2, 3, 4}) {
-    light_of_row(light, row + k - reach, rows[k]);
+    DEBULK_ON(isa, light_of_row(light, row + k - reach, rows[k]));
     across[k] = across_row(phase + start_of(light, row + k - reach), rows[k], edge);
   }
   const std::size_t width = rows[0].size();
@@ -85,11 +80,12 @@ double estimate_blur(const float* phase, const FringeLight& light, int threads, 
   const float edge = edge_of(phase, light);
   const int every = static_cast<int>(std::max(1L, static_cast<long>(light.width) * light.height / samples));
   const int count = (light.height - 2 * reach + every - 1) / every;
-  if (!(edge > 0) || count < 1) return 0;
+  if (!(edge > 0) || count < 1 || light.width < narrowest) return 0;
+  const Isa isa = best_isa();
   std::vector<std::vector<Sample>> parts(static_cast<std::size_t>(count));
   parallel_for(count, 4, threads, stop, [&](long begin, long end) {
     for (long k = begin; k < end; ++k)
-      sample_row(phase, light, reach + static_cast<int>(k) * every, edge, parts[static_cast<std::size_t>(k)]);
+      sample_row(phase, light, reach + static_cast<int>(k) * every, edge, isa, parts[static_cast<std::size_t>(k)]);
   });
   std::vector<float> bends;
   for (const auto& part : parts)
@@ -113,7 +109,7 @@ double estimate_blur(const float* phase, const FringeLight& light, int threads, 
 }
 
 void take_out_blur(float* phase, const FringeLight& light, double variance, int threads, const Stop& stop, Isa isa) {
-  if (!(variance > 0) || light.width < 18 || light.height < 3) return;
+  if (!(variance > 0) || light.width < narrowest || light.height < 3) return;
   const float edge = edge_of(phase, light);
   const std::size_t width = static_cast<std::size_t>(light.width);
   constexpr int strip = 64;
@@ -136,12 +132,12 @@ void take_out_blur(float* phase, const FringeLight& light, double variance, int 
       const float* beyond = kept.data() + 2 * width * static_cast<std::size_t>(s);
       const int first = static_cast<int>(s) * strip, last = std::min(first + strip, light.height);
       work->above.assign(beyond, beyond + width);
-      if (first > 0) light_of_row(light, first - 1, work->light[0]);
-      light_of_row(light, first, work->light[1]);
+      if (first > 0) DEBULK_ON(isa, light_of_row(light, first - 1, work->light[0]));
+      DEBULK_ON(isa, light_of_row(light, first, work->light[1]));
       for (int row = first; row < last; ++row) {
         float* out = phase + start_of(light, row);
         work->here.assign(out, out + width);
-        if (row + 1 < light.height) light_of_row(light, row + 1, work->light[2]);
+        if (row + 1 < light.height) DEBULK_ON(isa, light_of_row(light, row + 1, work->light[2]));
         if (row > 0 && row + 1 < light.height) {
           const Row above{work->above.data(), work->light[0].data()}, here{work->here.data(), work->light[1].data()};
           const Row below{row + 1 < last ? out + width : beyond + width, work->light[2].data()};

@@ -1,5 +1,19 @@
 // The loop of lens_blur.cpp, which includes this file once per Isa (see core/simd_dispatch.inl).
 
+// What a row's modulation were at the first exposure.
+void light_of_row(const FringeLight& light, int row, std::vector<float>& out) {
+  const std::size_t first = start_of(light, row);
+  out.resize(static_cast<std::size_t>(light.width));
+  for (int i = 0, last = light.width - lanes;; i = std::min(i + lanes, last)) {  // the last group overlaps the one before
+    const std::size_t at = first + static_cast<std::size_t>(i);
+    const Ints exposure = load_ints(light.exposure + at);
+    const int one = exposure[0];
+    const Floats gain = every(exposure == one) ? all(light.gain[static_cast<std::size_t>(one)]) : gather(light.gain.data(), exposure);
+    store(out.data() + i, load(light.modulation + at) * gain);
+    if (i == last) break;
+  }
+}
+
 // grad(phase) . grad(ln(modulation)) along one direction, by central differences. ln(a / b) = 2 atanh((a - b) / (a + b)).
 DEBULK_INLINE Floats along(const float* phase, const float* next_phase, const float* light, const float* next_light, Floats most_step) {
   const Floats step = load(next_phase) - load(phase), a = load(next_light), b = load(light), ratio = (a - b) / (a + b);

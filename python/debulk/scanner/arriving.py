@@ -54,11 +54,11 @@ class Camera:
         return found
 
     def add(self, image: Image, threads: int) -> None:
-        """Keep an image; where it completes a number of periods, take these images in."""
+        """Keep an image; take in those of each number of periods that is complete, but the last, which is decoded."""
         e, k = divmod(len(self.images), self.each)
         self.images.append(image)
         self.marks.append(_mark(image))
-        if (k + 1) % self.steps or image.dtype.kind == "f":
+        if (k + 1) % self.steps or image.dtype.kind == "f" or len(self.images) == self.each * self.exposures:
             return
         if self.planes is None:
             pixels, count = -(-image.size // 16) * 16, len(self.periods)

@@ -124,6 +124,7 @@ TEST(Decode, SameBitsOnAnyInstructionsAndThreadsAndFromImagesThatWereTakenIn) {
       arrived.coming = {{planes[4].data()}, planes[5].data(), planes[6].data()}, arrived.exposure = exposure.data();
       for (int e : {0, 1, 2})
         for (int p : {0, 1}) {
+          if (e == 2 && p == 1) continue;  // the last ones are decoded when they come
           const auto from = images.stack.images.begin() + 12 * e + 6 * p;
           take_in(std::vector(from, from + 6), pixels, {e, p}, how, arrived, Stop());
         }
