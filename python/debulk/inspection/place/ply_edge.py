@@ -51,14 +51,7 @@ class Limits:
     # Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside.
     spread_share: float = 0.5
     spread_mm: float = 12.0
-    beside_mm: tuple[float, ...] = (
-        -6.0,
-        -4.0,
-        -2.0,
-        2.0,
-        4.0,
-        6.0,
-    )  # lines outside along which no fibre may be longest
+    beside_mm: tuple[float, ...] = (-6.0, -4.0, -2.0, 2.0, 4.0, 6.0)  # lines; along none outside may a fibre be longest
     along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
     lifted_mm: float = 0.2  # ply that is lower lies on the mold
 
@@ -166,7 +159,10 @@ def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: flo
     half = round(0.5 * STRETCH_MM / LIMITS.along_mm)
     longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
     outer = np.array(LIMITS.beside_mm) > 0
-    inside, outside = longer[:, ~outer].max(axis=1), longer[:, outer].max(axis=1)
+    around = np.max([np.roll(calm, k, axis=0) for k in range(-half, half)], axis=0)
+    # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge.
+    rising = around[:, outer] > around[:, ~outer].max(axis=1, keepdims=True)
+    inside, outside = longer[:, ~outer].max(axis=1), np.where(rising, longer[:, outer], 0.0).max(axis=1)
     worst = int(np.argmax(np.where(outside > inside, outside, 0.0)))
     if outside[worst] <= max(inside[worst], most_mm):
         return None
