@@ -27,6 +27,13 @@ struct Grid {
     return Grid<U>(nx, ny, origin, spacing, fill);
   }
 
+  // Takes over the points of another grid, in the memory that is there. The values mean nothing until they are set.
+  template <class U>
+  void reshape(const Grid<U>& other) {
+    nx = other.nx, ny = other.ny, origin = other.origin, spacing = other.spacing;
+    values.resize(other.size());
+  }
+
   std::size_t size() const { return values.size(); }
   std::size_t index(int i, int j) const { return static_cast<std::size_t>(j) * nx + i; }
   bool contains(int i, int j) const { return i >= 0 && j >= 0 && i < nx && j < ny; }

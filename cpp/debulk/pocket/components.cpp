@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "debulk/core/parallel.hpp"
+
 namespace debulk {
 namespace {
 
@@ -64,20 +66,26 @@ const Components& RunJoining::run(const std::vector<Run>& foreground) {
   return components_;
 }
 
-Components labelled(const Grid<std::int32_t>& labels, int count) {
-  std::vector<Run> runs;
-  std::vector<std::int32_t> label;
-  for (int j = 0; j < labels.ny; ++j) {
-    const std::int32_t* row = &labels.values[labels.index(0, j)];
-    for (int i = 0; i < labels.nx;) {
-      const int begin = i;
-      const std::int32_t here = row[i];
-      while (i < labels.nx && row[i] == here) ++i;
-      if (here >= 1 && here <= count) runs.push_back({j, begin, i}), label.push_back(here);
+Components labelled(const Grid<std::int32_t>& labels, int count, int threads) {
+  StripRuns strips;
+  strips.clear(labels.ny);
+  parallel_for(labels.ny, StripRuns::rows, threads, [&](long first, long last) {
+    std::vector<Run>& runs = strips.strip(first);
+    for (int j = static_cast<int>(first); j < last; ++j) {
+      const std::int32_t* row = &labels.values[labels.index(0, j)];
+      for (int i = 0; i < labels.nx;) {
+        const int begin = i;
+        const std::int32_t here = row[i];
+        while (i < labels.nx && row[i] == here) ++i;
+        if (here >= 1 && here <= count) runs.push_back({j, begin, i});
+      }
     }
-  }
+  });
+  const std::vector<Run>& runs = strips.join();
   Components out;
-  sort_by_label(runs, static_cast<std::size_t>(count), [&](std::size_t k) { return static_cast<std::size_t>(label[k]); }, out);
+  sort_by_label(
+      runs, static_cast<std::size_t>(count), [&](std::size_t k) { return static_cast<std::size_t>(labels.at(runs[k].begin, runs[k].row)); },
+      out);
   return out;
 }
 

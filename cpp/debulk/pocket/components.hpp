@@ -50,7 +50,7 @@ class RunJoining {
 };
 
 // The components of the points with the labels 1 .. count. Component k has the label k + 1.
-Components labelled(const Grid<std::int32_t>& labels, int count);
+Components labelled(const Grid<std::int32_t>& labels, int count, int threads = 0);
 // Writes a label to all points of a component.
 void paint(const Components& components, std::size_t component, std::int32_t label, Grid<std::int32_t>& labels);
 

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/parallel.hpp"
 #include "debulk/core/row_runs.hpp"
+#include "debulk/core/simd.hpp"
 #include "debulk/pocket/components.hpp"
 #include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/outline.hpp"
@@ -28,6 +31,9 @@ constexpr std::int32_t kNobody = -1;  // stands up, but is no pocket
 constexpr double kHillShare = 0.5;    // of the cut: a hill as high as this is more than noise or a ripple
 constexpr int kDi[8] = {1, -1, 0, 0, 1, 1, -1, -1};
 constexpr int kDj[8] = {0, 0, 1, -1, 1, -1, 1, -1};
+
+#define DEBULK_KERNEL "debulk/pocket/foot_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
 
 void check(const Stop& stop) {
   if (stop.now()) throw Stopped("the search for feet was stopped");
@@ -83,31 +89,52 @@ class Fronts {
   std::size_t at_;  // no front is in a higher bin
 };
 
+// Sums down the columns of some rows: of the known heights, of their number, and whether a pocket is there.
+class ColumnSums {
+ public:
+  explicit ColumnSums(int nx) : sum_(static_cast<std::size_t>(nx)), known_(sum_.size()), label_(sum_.size()) {}
+
+  void add(const float* __restrict height, const std::int32_t* __restrict label) {
+    double* __restrict sum = sum_.data();
+    std::int32_t* __restrict known = known_.data(), * __restrict labels = label_.data();
+    for (std::size_t i = 0; i < sum_.size(); ++i) {
+      sum[i] += height[i] == height[i] ? height[i] : 0.0F;
+      known[i] += height[i] == height[i];
+      labels[i] |= label[i];
+    }
+  }
+  // Whether the mean over the columns [begin, end) is above the level, or a pocket reaches them.
+  bool stand(int begin, int end, double level) const {
+    double sum = 0;
+    std::int32_t known = 0, label = 0;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      sum += sum_[i], known += known_[i], label |= label_[i];
+    return label != 0 || sum > level * known;
+  }
+
+ private:
+  std::vector<double> sum_;
+  std::vector<std::int32_t> known_, label_;
+};
+
 // Where smoothing can matter: blocks of the grid whose mean is above `level` or that a pocket reaches, and two blocks
 // round them.
-Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, double window_mm) {
+Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, double window_mm, int threads, const Stop& stop) {
   const Grid<float>& heights = segmentation.heights;
-  const int block = std::max(4, static_cast<int>(std::ceil(window_mm / (2 * heights.spacing))));
-  const int bx = (heights.nx + block - 1) / block, by = (heights.ny + block - 1) / block;
-  Grid<double> sums(bx, by, heights.origin, block * heights.spacing);
-  auto counts = sums.like<int>(), labelled = sums.like<int>();
-  for (int j = 0; j < heights.ny; ++j) {
-    const float* h = &heights.at(0, j);
-    const std::int32_t* label = &segmentation.labels.at(0, j);
-    double* sum = &sums.at(0, j / block);
-    int *count = &counts.at(0, j / block), *has = &labelled.at(0, j / block);
-    // Blocks side by side are done in turn, because the terms of one block's sum wait for each other.
-    for (int k = 0; k < block; ++k)
-      for (int bi = 0, i = k; i < heights.nx; ++bi, i += block) {
-        const bool known = h[i] == h[i];
-        sum[bi] += known ? static_cast<double>(h[i]) : 0.0;
-        count[bi] += known, has[bi] |= label[i] > 0;
-      }
-  }
-  auto active = sums.like<std::uint8_t>();
+  const int nx = heights.nx, block = std::max(4, static_cast<int>(std::ceil(window_mm / (2 * heights.spacing))));
+  const int bx = (nx + block - 1) / block, by = (heights.ny + block - 1) / block;
+  Grid<std::uint8_t> high(bx, by, heights.origin, block * heights.spacing), active = high;
+  parallel_for(by, 4, threads, stop, [&](long begin, long end) {
+    for (int bj = static_cast<int>(begin); bj < end; ++bj) {
+      ColumnSums columns(nx);
+      for (int j = bj * block; j < std::min((bj + 1) * block, heights.ny); ++j)
+        columns.add(&heights.at(0, j), &segmentation.labels.at(0, j));
+      for (int bi = 0; bi < bx; ++bi) high.at(bi, bj) = columns.stand(bi * block, std::min((bi + 1) * block, nx), level);
+    }
+  });
   for (int j = 0; j < by; ++j)
     for (int i = 0; i < bx; ++i) {
-      if (!labelled.at(i, j) && !(sums.at(i, j) > level * counts.at(i, j))) continue;
+      if (high.at(i, j) == 0) continue;
       for (int dj = -2; dj <= 2; ++dj)
         for (int di = -2; di <= 2; ++di)
           if (active.contains(i + di, j + dj)) active.at(i + di, j + dj) = 1;
@@ -115,7 +142,7 @@ Grid<std::uint8_t> standing(const Segmentation& segmentation, double level, doub
   auto where = heights.like<std::uint8_t>();
   for (int j = 0; j < heights.ny; ++j)
     for (int bi = 0; bi < bx; ++bi)
-      if (active.at(bi, j / block)) std::fill_n(&where.at(bi * block, j), std::min(block, heights.nx - bi * block), std::uint8_t{1});
+      if (active.at(bi, j / block)) std::fill_n(&where.at(bi * block, j), std::min(block, nx - bi * block), std::uint8_t{1});
   return where;
 }
 
@@ -125,30 +152,30 @@ void all_labelled(const std::int32_t* __restrict above, const std::int32_t* __re
   for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((above[i] != 0) & (row[i] != 0) & (below[i] != 0));
 }
 
-// Runs of labelled points, whatever their labels, row by row.
-std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels) {
+// Runs of labelled points within some runs, whatever their labels.
+std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels, const Run* begin, const Run* end) {
   std::vector<Run> runs;
-  for (int j = 0; j < labels.ny; ++j) {
-    const std::int32_t *row = &labels.at(0, j), *end = row + labels.nx;
-    for (const std::int32_t* at = row;;) {
-      at = std::find_if(at, end, [](std::int32_t label) { return label != 0; });
-      if (at == end) break;
-      const std::int32_t* begin = at;
-      at = std::find(at, end, 0);
-      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
+  for (const Run* within = begin; within != end; ++within) {
+    const std::int32_t* const row = &labels.at(0, within->row);
+    for (const std::int32_t *at = row + within->begin, *const last = row + within->end;;) {
+      at = std::find_if(at, last, [](std::int32_t label) { return label != 0; });
+      if (at == last) break;
+      const std::int32_t* first = at;
+      at = std::find(at, last, 0);
+      runs.push_back({within->row, static_cast<int>(first - row), static_cast<int>(at - row)});
     }
   }
   return runs;
 }
 
-// Labelled points with known heights that have a neighbour without a label, row by row. A flood begins at them.
-std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& heights) {
+// Those of the labelled points with known heights that have a neighbour without a label. A flood begins at them.
+std::vector<Front> rim_of(const std::vector<Run>& labelled, const Grid<std::int32_t>& labels, const Grid<float>& heights) {
   const int nx = labels.nx, ny = labels.ny;
   std::vector<Front> rim;
   // Entry i, beside a run: whether column i - 1 is labelled in the run's row and in the rows above and below it. Beyond
   // the grid everything counts as labelled.
   std::vector<std::uint8_t> column(static_cast<std::size_t>(nx) + 2, 1);
-  for (const Run& run : labelled_runs(labels)) {
+  for (const Run& run : labelled) {
     const int j = run.row, begin = std::max(run.begin - 1, 0), end = std::min(run.end + 1, nx);
     const std::int32_t *row = &labels.at(begin, j), *above = j > 0 ? row - nx : row, *below = j + 1 < ny ? row + nx : row;
     all_labelled(above, row, below, end - begin, column.data() + 1 + begin);
@@ -161,13 +188,41 @@ std::vector<Front> rim_of(const Grid<std::int32_t>& labels, const Grid<float>& h
   return rim;
 }
 
-// `labels` holds the seeds, which stay. Every point above `level` that the flood reaches gets the label of the point
-// from which it was reached.
-void flood_downhill(Grid<std::int32_t>& labels, const Grid<float>& heights, double level, double rise, const Stop& stop) {
+// The least float above a bound, or not below it.
+float least_above(double bound, bool bound_too) {
+  const float nearest = static_cast<float>(bound);
+  const bool fits = bound_too ? nearest >= bound : nearest > bound;
+  return fits ? nearest : std::nextafter(nearest, std::numeric_limits<float>::infinity());
+}
+
+// Labels what stands up without being a pocket, besides the pockets; a single wild point is smoothed away and claims
+// nothing. Returns the runs of all points that are labelled or that a flood may reach. No flood leaves the component of
+// such points that it began in.
+std::vector<Run> claim(const Segmentation& segmentation, double level, FootMap& out, int threads, const Stop& stop) {
+  const Grid<std::int32_t>& given = segmentation.labels;
+  out.labels.reshape(given);
+  const float hill = least_above(out.hill_mm, true), higher = least_above(level, false);
+  StripRuns open;
+  open.clear(given.ny);
+  const Isa isa = best_isa();
+  parallel_for(given.ny, StripRuns::rows, threads, stop, [&](long first, long last) {
+    for (int j = static_cast<int>(first); j < last; ++j) {
+      RunWriter runs(open.strip(first), j);
+      DEBULK_ON(isa, claim_row(&given.at(0, j), &segmentation.heights.at(0, j), &out.heights.at(0, j), given.nx, hill, higher,
+                               &out.labels.at(0, j), runs));
+    }
+  });
+  return open.join();
+}
+
+// `labels` holds the seeds, which stay; `seeds` are the runs of some. Every point above `level` that the flood from
+// these reaches gets the label of the point from which it was reached.
+void flood_downhill(Grid<std::int32_t>& labels, const std::vector<Run>& seeds, const Grid<float>& heights, double level, double rise,
+                    const Stop& stop) {
   const int nx = labels.nx, ny = labels.ny;
   std::array<long, 8> offsets;  // of a point's neighbours, in a grid's values
   for (std::size_t k = 0; k < 8; ++k) offsets[k] = static_cast<long>(kDj[k]) * nx + kDi[k];
-  const std::vector<Front> rim = rim_of(labels, heights);
+  const std::vector<Front> rim = rim_of(seeds, labels, heights);
   float highest = 0;
   for (const Front& front : rim) highest = std::max(highest, front.level);
   Fronts fronts(level - 1, highest);
@@ -256,27 +311,25 @@ void find_feet(const Segmentation& segmentation, const FootOptions& options, Foo
   const double cut = segmentation.options.cut_height_mm, level = options.thickness_mm + out.mold_tol_mm;
   require(level < cut, "mold_tol_mm", "thickness + mold tolerance (at least 3 sigma of the noise) below the cut height", level);
 
-  const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm);
+  const auto where = standing(segmentation, options.thickness_mm + out.mold_tol_mm / 2, options.smooth_mm, threads, stop);
   smooth_heights(segmentation.heights, segmentation.ply, {options.smooth_mm}, &where, out.heights, threads, stop);
-  out.labels = segmentation.labels;
-  const double hill = out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
-  float least = static_cast<float>(hill);  // the least float that is not below it
-  if (least < hill) least = std::nextafter(least, std::numeric_limits<float>::infinity());
-  const float *given = segmentation.heights.values.data(), *smooth = out.heights.values.data();
-  std::int32_t* claimed = out.labels.values.data();
-  for (std::size_t k = 0; k < out.labels.size(); ++k)  // a single wild point is smoothed away and claims nothing
-    claimed[k] = (claimed[k] == 0) & (given[k] >= least) & (smooth[k] >= least) ? kNobody : claimed[k];
-  check(stop);
-  flood_downhill(out.labels, out.heights, level, out.mold_tol_mm, stop);
-  check(stop);
+  out.hill_mm = kHillShare * cut > level ? kHillShare * cut : cut;
+  const std::vector<Run> open = claim(segmentation, level, out, threads, stop);
+  RunJoining joining;
+  const Components& seas = joining.run(open);
+  parallel_for(seas.count(), 1, threads, stop, [&](long begin, long) {
+    const auto sea = static_cast<std::size_t>(begin);
+    const std::vector<Run> seeds = labelled_runs(out.labels, seas.begin(sea), seas.end(sea));
+    if (!seeds.empty()) flood_downhill(out.labels, seeds, out.heights, level, out.mold_tol_mm, stop);
+  });
   const int count = static_cast<int>(segmentation.pockets.size());
-  std::vector<Run> runs = labelled_runs(out.labels);
+  std::vector<Run> runs = labelled_runs(out.labels, open.data(), open.data() + open.size());
   const std::vector<std::int32_t> label_of = join_feet(out.labels, runs, count);
   check(stop);
   fill_within(out.labels, runs);
   check(stop);
   const std::vector<Outline> outlines =
-      trace_outlines(labelled(out.labels, count), out.labels, out.heights, level, segmentation.ply, threads, stop);
+      trace_outlines(labelled(out.labels, count, threads), out.labels, out.heights, level, segmentation.ply, threads, stop, false);
   for (const std::int32_t label : label_of) {
     const Outline& outline = outlines[static_cast<std::size_t>(label - 1)];
     Foot foot;

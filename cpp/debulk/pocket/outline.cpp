@@ -28,8 +28,8 @@ struct Vertex {
 // Traces one component after another.
 class Tracer {
  public:
-  Tracer(const Grid<std::int32_t>& labels, const Grid<float>& heights, double level, const PlyMask& ply)
-      : labels_(labels), heights_(heights), level_(level), ply_(ply) {}
+  Tracer(const Grid<std::int32_t>& labels, const Grid<float>& heights, double level, const PlyMask& ply, bool with_volume)
+      : labels_(labels), heights_(heights), level_(level), ply_(ply), with_volume_(with_volume) {}
 
   Outline trace(const Run* begin, const Run* end, std::int32_t id) {
     out_ = Outline();
@@ -61,17 +61,25 @@ class Tracer {
       while (below != behind && below->end <= i) ++below;
       const bool over = above != last_above, under = below != behind;
       if (over && under && above->begin <= i && below->begin <= i) {  // whole cells, as far as both runs go
-        const float *row = &heights_.at(0, j), *next = &heights_.at(0, j + 1);
-        for (const int to = std::min(above->end, below->end) - 1; i < to; ++i) {
-          const double sum = 0.0 + row[i] + row[i + 1] + next[i + 1] + next[i];
-          out_.volume += sum / 4;
-        }
+        const int to = std::min(above->end, below->end) - 1;
+        if (with_volume_) add_volume(i, to, j);
+        i = std::max(i, to);
       } else {  // empty cells up to the next run
         const int next = std::min(over ? above->begin : last + 1, under ? below->begin : last + 1) - 1;
         if (i < next) i = next;
       }
       if (i <= last) cut(i, j);
     }
+  }
+
+  void add_volume(int first, int end, int j) {
+    const float *row = &heights_.at(0, j), *next = &heights_.at(0, j + 1);
+    double volume = out_.volume;
+    for (int i = first; i < end; ++i) {
+      const double sum = 0.0 + row[i] + row[i + 1] + next[i + 1] + next[i];
+      volume += sum / 4;
+    }
+    out_.volume = volume;
   }
 
   bool ours(int i, int j) const { return labels_.contains(i, j) && labels_.at(i, j) == id_; }
@@ -101,7 +109,7 @@ class Tracer {
       if (line[k] >= 0 && line[next] >= 0)
         segments_.push_back({line[k], line[next], labels_.position(part[k].point.x(), part[k].point.y())});
     }
-    for (std::size_t k = 1; k + 1 < n; ++k) {  // a fan of triangles, with the height linear on each
+    for (std::size_t k = 1; with_volume_ && k + 1 < n; ++k) {  // a fan of triangles, with the height linear on each
       const Eigen::Vector2d a = part[k].point - part[0].point, b = part[k + 1].point - part[0].point;
       out_.volume += (a.x() * b.y() - a.y() * b.x()) / 6 * (part[0].height + part[k].height + part[k + 1].height);
     }
@@ -158,6 +166,7 @@ class Tracer {
   const Grid<float>& heights_;
   double level_;
   const PlyMask& ply_;
+  bool with_volume_;
   Outline out_;
   std::int32_t id_ = 0;
   std::vector<Segment> segments_;
@@ -166,11 +175,12 @@ class Tracer {
 }  // namespace
 
 std::vector<Outline> trace_outlines(const Components& components, const Grid<std::int32_t>& labels, const Grid<float>& heights,
-                                    double level, const PlyMask& ply, int threads, const Stop& stop) {
+                                    double level, const PlyMask& ply, int threads, const Stop& stop, bool with_volume) {
   std::vector<Outline> out(static_cast<std::size_t>(components.count()));
   parallel_for(components.count(), 1, threads, stop, [&](long first, long) {
     const auto k = static_cast<std::size_t>(first);
-    out[k] = Tracer(labels, heights, level, ply).trace(components.begin(k), components.end(k), static_cast<std::int32_t>(first) + 1);
+    out[k] = Tracer(labels, heights, level, ply, with_volume)
+                 .trace(components.begin(k), components.end(k), static_cast<std::int32_t>(first) + 1);
   });
   return out;
 }

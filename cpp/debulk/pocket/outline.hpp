@@ -27,8 +27,9 @@ struct Outline {
 };
 
 // Outlines, where `heights` cross `level`, of the components, which are labelled 1, 2 .. in `labels` (other values are
-// no component). Points of one component that touch only diagonally are joined, as in components.hpp. Throws Stopped.
+// no component). Points of one component that touch only diagonally are joined, as in components.hpp. Without volume, that is 0. Throws
+// Stopped.
 std::vector<Outline> trace_outlines(const Components& components, const Grid<std::int32_t>& labels, const Grid<float>& heights,
-                                    double level, const PlyMask& ply, int threads = 0, const Stop& stop = Stop());
+                                    double level, const PlyMask& ply, int threads = 0, const Stop& stop = Stop(), bool with_volume = true);
 
 }  // namespace debulk

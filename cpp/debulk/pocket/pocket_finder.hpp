@@ -14,8 +14,9 @@ struct FoundPockets {
   FootMap feet;
 };
 
-// Finds the pockets and the feet in one height map after another, as segment() and find_feet() do. The memory of the
-// last result is reused if nobody holds it any more; one that is held never changes.
+// Finds the pockets and the feet in one height map after another, as segment() and find_feet() do. The memory of one of
+// the last two results is reused if nobody holds it any more, because the last report still holds its own while the next
+// scan is inspected. A result that is held never changes.
 class PocketFinder {
  public:
   // Throws InputError and Stopped.
@@ -24,7 +25,7 @@ class PocketFinder {
 
  private:
   Segmenter segmenter_;
-  std::shared_ptr<FoundPockets> last_;
+  std::shared_ptr<FoundPockets> last_, before_;
 };
 
 }  // namespace debulk

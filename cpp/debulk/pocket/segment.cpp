@@ -144,11 +144,7 @@ void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options)
   const bool same_ply = same_place(out_.heights) && outline == out_.options.ply_outline && outline.has_value() == out_.ply.known();
   out_.options = options, out_.options.ply_outline = outline;
   if (!same_ply) out_.ply = outline ? PlyMask(*outline, given) : PlyMask();
-  const auto reshape = [&](auto& grid) {
-    grid.nx = given.nx, grid.ny = given.ny, grid.origin = given.origin, grid.spacing = given.spacing;
-    grid.values.resize(given.size());
-  };
-  reshape(out_.heights), reshape(out_.labels);
+  out_.heights.reshape(given), out_.labels.reshape(given);
   out_.pockets.clear(), out_.dropped.clear(), out_.bridged.clear(), out_.specks = 0;
 }
 

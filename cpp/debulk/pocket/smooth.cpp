@@ -305,11 +305,12 @@ void smooth_heights(const Grid<float>& heights, const PlyMask& ply, const Smooth
                     Grid<float>& out, int threads, const Stop& stop) {
   options.check();
   const int half = static_cast<int>(std::lround(options.window_mm / (2 * heights.spacing)));
-  out = heights;
-  if (half < 1) return;
+  if (half < 1) return static_cast<void>(out = heights);
+  out.reshape(heights);
   const WindowFit fit(half, options.blur_mm2 / std::pow(half * heights.spacing, 2));
   parallel_for(heights.ny, kRowsPerChunk, threads, stop, [&](long begin, long end) {
     const int first = static_cast<int>(begin), last = static_cast<int>(end) - 1;
+    std::copy_n(&heights.at(0, first), heights.index(0, last + 1) - heights.index(0, first), &out.at(0, first));
     const std::vector<Span> spans = wanted_spans(heights, where, first, last, half);
     if (spans.empty()) return;
     IncompleteWindows incomplete(heights, fit, half);

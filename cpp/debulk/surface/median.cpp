@@ -46,6 +46,20 @@ float relief(const Grid<float>& grid, int i, int j, int step) {
   return *(last - 2) - low;
 }
 
+// Whether 3 by 3 known values that hold this one stand off its median as it does, by a quarter as much at least.
+bool stands(const Grid<float>& grid, int i, int j, float median) {
+  const float off = grid.at(i, j) - median;
+  for (int dy = -2; dy <= 0; ++dy)
+    for (int dx = -2; dx <= 0; ++dx) {
+      float least = infinity;
+      for (int y = std::max(0, j + dy); y <= std::min(grid.ny - 1, j + dy + 2); ++y)
+        for (int x = std::max(0, i + dx); x <= std::min(grid.nx - 1, i + dx + 2); ++x)
+          least = std::fmin(least, (grid.at(x, y) - median) / off);  // of missing ones nothing is known
+      if (least >= 0.25F) return true;
+    }
+  return false;
+}
+
 // Replaces values farther than the tolerance from their medians by these. The tolerance is wider by a share of the
 // relief round the value.
 void filter(const Grid<float>& grid, int reach, int step, float tolerance, float of_relief, Grid<float>& out, int threads,
@@ -66,8 +80,8 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, float
                          run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance, &out.at(0, j)));
       for (int i = done; i < grid.nx; ++i) slow(i);
       for (int i = 0; of_relief > 0 && i < grid.nx; ++i) {
-        const float value = grid.at(i, j), off = std::abs(value - out.at(i, j));
-        if (off > 0 && off <= tolerance + of_relief * relief(grid, i, j, step)) out.at(i, j) = value;
+        const float value = grid.at(i, j), middle = out.at(i, j), off = std::abs(value - middle);
+        if (off > 0 && off <= tolerance + of_relief * relief(grid, i, j, step) && stands(grid, i, j, middle)) out.at(i, j) = value;
       }
     }
   });

@@ -63,6 +63,11 @@ TEST(PocketFinder, TakesNoMapsMemoryForTheSecondMap) {
   largest_taken = 0;
   finder.run(one, on_a_ply(), {}, 1);
   EXPECT_LT(largest_taken, static_cast<long>(sizeof(float) * one.heights.size())) << "heights or labels of the whole map";
+  auto held = finder.run(one, on_a_ply(), {}, 1);
+  held = finder.run(other, on_a_ply(), {}, 1);  // as the last report is held until the next one is there
+  largest_taken = 0;
+  held = finder.run(one, on_a_ply(), {}, 1);
+  EXPECT_LT(largest_taken, static_cast<long>(sizeof(float) * one.heights.size()));
 }
 
 }  // namespace

@@ -77,6 +77,7 @@ TEST(WithoutSpikes, KeepsNarrowBumpsOfWideCellsAndTakesFlyingPixels) {
     }
   const Grid<float> bump = grid;
   grid.at(45, 15) = grid.at(46, 15) = 1.9f;
+  for (int i = 40; i < 46; ++i) grid.at(i, 22) = 1.9f, grid.at(i, 23) = 1.6f;  // a row of pixels
   without_spikes(grid, 1.0, out, 2);
   EXPECT_EQ(out.values, bump.values);
 }

@@ -76,8 +76,7 @@ def test_float64_and_strides_make_no_difference(layup, inspector, report):
     assert again.height_map.values.tobytes() == report.height_map.values.tobytes()
 
 
-def test_a_ply_without_pockets_passes_without_a_solve():
-    layup = scenes.layup(seed=6, pixels=(640, 480))  # no row of pixels flies over its ply, as one does in others
+def test_a_ply_without_pockets_passes_without_a_solve(layup):
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     # The reference, seen once more, with a ply of 0.3 mm on it.
     points = layup.reference.astype(np.float64) @ layup.mold_from_scanner[:3, :3].T + layup.mold_from_scanner[:3, 3]

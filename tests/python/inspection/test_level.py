@@ -229,7 +229,7 @@ def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_s
     scan = np.where(on[..., None], g.scan, g.reference)
     assert np.mean((scan == g.reference).all(axis=-1)) > 0.5
     looks = (
-        inspector("varied", True)
+        inspector("varied")
         if known
         else Inspector(None, prepared("varied"), None, g.fibre_angles_deg, g.mold_from_scanner)
     )
@@ -239,7 +239,7 @@ def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_s
     assert other.verdict is one.verdict, other.reason
     # The ply's own points from the reference, and only the table's from another scan: the reference all the same.
     assert (
-        "are the same: 100 %" in inspector("varied", True).inspect(np.where(on[..., None], g.reference, g.scan)).reason
+        "are the same: 100 %" in inspector("varied").inspect(np.where(on[..., None], g.reference, g.scan)).reason
     )
 
 

@@ -134,16 +134,6 @@ def test_a_bump_that_a_bent_one_goes_round_is_not_passed():
     assert inspector.inspect(scan).verdict is not Verdict.CEASE
 
 
-def test_both_modes_bound_a_bump_alike():
-    scan = laid_ply.scan(laid_ply.bell(-200, 100, 22, 5, 30))
-    both = [
-        judged(inspector, inspector.find(scan)) for inspector in (laid_ply.inspector(True), laid_ply.inspector(False))
-    ]
-    most_mm = [[excess.upper_mm(place.excess) for place in found] for found in both]
-    assert len(most_mm[0]) == 1
-    assert most_mm[0] == pytest.approx(most_mm[1], rel=1e-3)
-
-
 def test_places_that_a_deadline_cuts_off_leave_the_layup_undecided(monkeypatch):
     def stopped(*_):
         raise _core.Stopped("not in time for the places")
