@@ -15,7 +15,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
+import cv2
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 
 import debulk
 
@@ -260,6 +262,110 @@ def moved(rng, part):
     return scan + away, reference + away, {"mold_from_scanner": pose}
 
 
+def averaged(rng, part):
+    """Frames from before and after the ply was laid, averaged: all heights above the mold are too small."""
+    scan, reference, how = scans(rng, part)
+    low = part.mold(scan[..., 0], scan[..., 1])
+    return raised(scan, rng.uniform(-0.3, -0.1) * (scan[..., 2] - low)), reference, how
+
+
+def flattened(rng, cloud):
+    """The scanner's z is calibrated too short."""
+    return cloud * [1, 1, 0.8]
+
+
+def stretched(rng, part):
+    """Scan and reference were taken at other temperatures, or the scale of one axis has drifted."""
+    scan, reference, how = scans(rng, part)
+    scale = rng.choice([[1.0005] * 3, [1.002, 1, 1], [1, 0.998, 1], [1, 1, 1.01]])
+    return (scan - [140, 110, 0]) * scale + [140, 110, 0], reference, how
+
+
+def turned_over(rng, part):
+    """The scan's x runs the other way, or its x and y are swapped."""
+    scan, reference, how = scans(rng, part, image=False)
+    return [scan * [-1, 1, 1] + [W, 0, 0], scan[:, [1, 0, 2]]][rng.integers(2)], reference, how
+
+
+def shadowed(rng, cloud):
+    """A robot's arm stood in a part of the frames that were averaged: where it was, its height is mixed in, or all."""
+    off = np.abs(cloud[..., 0] - rng.uniform(20, 260) + rng.uniform(-0.5, 0.5) * cloud[..., 1])
+    z = rng.choice([np.nan, 0.05, 0.3]) * 200 if rng.random() < 0.7 else 0.3
+    return raised(cloud, np.where(off < rng.uniform(4, 15), z, 0.0))
+
+
+def shaken(rng, cloud):
+    """The mean of frames between which the scanner swung by some pixels."""
+    z, reach = cloud[..., 2], int(rng.integers(3, 9))
+    return np.dstack([cloud[..., :2], np.mean([np.roll(z, k, 1) for k in range(-reach, reach + 1)], axis=0)])
+
+
+def splined(rng, cloud):
+    """The vendor fills the hole in which a pocket's top was, by a thin plate through the hole's rim."""
+    top = np.array(np.unravel_index(np.argmax(cloud[..., 2] - blurred(cloud[..., 2], 18)), cloud.shape[:2]))
+    far = np.hypot(*(np.indices(cloud.shape[:2]) - top[:, None, None])) * 0.9
+    out, radius = cloud.copy(), rng.uniform(6, 20)
+    hole, rim = far < radius, (far >= radius) & (far < radius + 2)
+    fill = RBFInterpolator(cloud[rim][:, :2], cloud[rim][:, 2], neighbors=60, kernel="thin_plate_spline")
+    out[hole, 2] = fill(cloud[hole][:, :2])
+    return out
+
+
+def meshed(rng, cloud):
+    """Points at random on the triangles of a mesh that was decimated."""
+    n = int(rng.integers(2, 5))
+    ends = cloud[::n, ::n]
+    i, j = (rng.uniform(0, size - 1.001, cloud.shape[0] * cloud.shape[1]) for size in ends.shape[:2])
+    a, b = i.astype(int), j.astype(int)
+    u, v = (i - a)[:, None], (j - b)[:, None]
+    flip = u + v > 1
+    corner = np.where(flip, ends[a + 1, b + 1], ends[a, b])
+    u, v = np.where(flip, 1 - u, u), np.where(flip, 1 - v, v)
+    along = np.where(flip, ends[a, b + 1], ends[a + 1, b]), np.where(flip, ends[a + 1, b], ends[a, b + 1])
+    return corner + u * (along[0] - corner) + v * (along[1] - corner)
+
+
+def in_unit(rng, part):
+    """The scan, or both clouds, in metres, micrometres or inches."""
+    scan, reference, how = scans(rng, part)
+    unit = rng.choice([1e-3, 1e3, 1 / 25.4])
+    return scan * unit, reference * (unit if rng.random() < 0.5 else 1), how
+
+
+def messy(rng, cloud):
+    """A list in another order, with doubles, without a point here and there, and with rows that are not a number."""
+    p = cloud.reshape(-1, 3)[rng.random(cloud.size // 3) < rng.uniform(0.7, 1)]
+    p = np.concatenate([p, p[rng.random(len(p)) < rng.uniform(0, 0.5)], np.full((500, 3), np.nan)])
+    return p[[np.argsort(p[:, 2]), np.argsort(p[:, 0]), rng.permutation(len(p))][rng.integers(3)]].astype(np.float64)
+
+
+def thinner_reference(rng, part):
+    """The reference is exported every few points, the scan whole."""
+    scan, reference, how = scans(rng, part, image=True)
+    n = int(rng.integers(2, 4))
+    return scan, reference[::n, ::n], how
+
+
+def bilateral(rng, cloud):
+    z = cv2.bilateralFilter(cloud[..., 2].astype(np.float32), 5, rng.uniform(0.5, 2), rng.uniform(1, 3))
+    return np.dstack([cloud[..., :2], z])
+
+
+def at_border(rng, part):
+    """The image ends at the top of a pocket, the ply goes on, and its outline is not given."""
+    scan, reference, how = scans(rng, part)
+    part.outline, end = None, part.bumps[0][1] + rng.uniform(-4, 4)
+    if scan.ndim == 3:
+        return scan[:, scan[0, :, 0] < end], reference[:, scan[0, :, 0] < end], how
+    return scan[scan[:, 0] < end], reference[reference[:, 0] < end], how
+
+
+def half_outlined(rng, part):
+    """The outline ends between two pockets, or beside the only one."""
+    part.outline = np.minimum(part.outline, [part.bumps[0][1] - part.bumps[0][3] - rng.uniform(2, 12), H])
+    return scans(rng, part)
+
+
 CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether the class is right
     "plain": (plain, scans, True),
     "small bumps": (small, scans, True),
@@ -288,6 +394,20 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "two scanners": (plain, partial(scans, change=two_scanners, image=False), False),
     "reference drawn": (plain, as_built, False),
     "robot's frame": (plain, moved, True),
+    "frames averaged": (plain, averaged, False),
+    "z too short": (plain, partial(scans, change=flattened), False),
+    "scales differ": (plain, stretched, False),
+    "mirrored, swapped": (plain, turned_over, False),
+    "arm in the picture": (plain, partial(scans, change=shadowed, both=False), False),
+    "shaken": (small, partial(scans, change=shaken), False),
+    "hole splined": (plain, partial(scans, change=splined, both=False), False),
+    "mesh resampled": (small, partial(scans, change=meshed, image=False), False),
+    "other units": (plain, in_unit, False),
+    "messy list": (plain, partial(scans, change=messy, image=False), True),
+    "reference thinned": (plain, thinner_reference, True),
+    "bilateral, 2 mm": (small, partial(scans, change=bilateral, dx=2.0, dy=2.0), False),
+    "pocket at the border": (plain, at_border, False),
+    "half outlined": (plain, half_outlined, False),
 }
 
 

@@ -197,6 +197,20 @@ def test_the_longest_fibre_may_lie_just_outside_an_outline_that_is_short(radius)
     assert longer(bell(285, 100, radius, high), short) is None  # what is longest inside is judged there
 
 
+@pytest.mark.parametrize("offset_mm", [-0.05, 0.0, 0.05])
+@pytest.mark.parametrize("share", [1.05, 0.95, 0.85, 0.7])
+def test_heights_that_come_out_too_small_show_at_the_edges_step_and_an_offset_does_not(share, offset_mm):
+    x, y = np.meshgrid(np.arange(-80.0, 381.0, 2.0), np.arange(-80.0, 281.0, 2.0))
+    ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
+    noise = np.random.default_rng(0).normal(0, 0.03, x.shape)
+    heights = share * bell(300, 100, 25, 3.0)(x, y, ply) + offset_mm + noise
+    edge = Outline(np.array([[0, 0], [300, 0], [300, 200], [0, 200]], dtype=float))
+    found = ply_edge.low_step(edge, edge.strips(Grid(heights, np.array([-80.0, -80.0]), 2.0)), 0.3)
+    assert (found is None) == (share > 0.9)
+    if found is not None:
+        assert found.at_best is Verdict.INVALID and found.measured == pytest.approx(0.3 * share, abs=0.01)
+
+
 @pytest.mark.parametrize(
     "raised",
     [flat, bell(150, 100, 40, 4.0), bell(300, 100, 25, 3.0), bell(150, 0, 12, 2.0)],

@@ -170,6 +170,7 @@ class Placing:
             or ply_edge.longer_outside(
                 self.outline, heights, raised_mm + thickness_mm, excess_of_ridge(most_mm, thickness_mm)
             )
+            or ply_edge.low_step(self.outline, strips - self._missed, self._least_mm)
         )
         return placed if finding is None else replace(placed, finding=finding)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
 from debulk.grid import Grid
+from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import STRETCH_MM, Outline
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.results.area import in_cm2
@@ -54,6 +55,11 @@ class Limits:
     beside_mm: tuple[float, ...] = (-6.0, -4.0, -2.0, 2.0, 4.0, 6.0)  # lines; along none outside may a fibre be longest
     along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
     lifted_mm: float = 0.2  # ply that is lower lies on the mold
+    levels_mm: tuple[float, float] = (8.0, 28.0)  # distances from the outline between which both levels are read
+    levels_share: float = 0.3  # of the outline along which both must be known
+    # Of the ply's thickness: in right layups of the third family the step has 0.994 to 1.008. Heights that are 0.9 of
+    # the true ones have 0.81 of the excess.
+    least_step: float = 0.9
 
 
 LIMITS = Limits()
@@ -83,6 +89,33 @@ def _beyond(marked: Bools, ended: Bools) -> Whole:
     """Return the number of strips, from the outline on, up to the last one marked before one at which it has ended."""
     far = np.arange(1, marked.shape[1] + 1)
     return np.asarray((np.where(marked & ~np.logical_or.accumulate(ended, axis=1), far, 0)).max(axis=1))
+
+
+def low_step(outline: Outline, values: Floats, thickness_mm: float) -> Finding | None:
+    """Say that the step up from the bare mold to the ply is too low; None: it is not, or too little of it is known.
+
+    A scan that stands too high or too low as a whole has the same step. One whose heights are too small, as of frames
+    from before and after the ply was laid that were averaged, has a lower one, and lower pockets. `values` (N, K) are
+    the heights in the strips.
+    """
+    off = outline.offsets_mm
+    away = (np.abs(off) > LIMITS.levels_mm[0]) & (np.abs(off) < LIMITS.levels_mm[1])
+    sides = values[:, away & (off < 0)], (values - outline.bare_mm)[:, away & (off > 0)]
+    known = np.all([np.isfinite(side).sum(axis=1) >= LIMITS.least_strips for side in sides], axis=0)
+    if np.count_nonzero(known) < LIMITS.levels_share * len(values):
+        return None
+    inside, outside = (np.nanmedian(side[known], axis=1) for side in sides)
+    low, step, high = (float(v) for v in np.quantile(inside - outside, [0.25, 0.5, 0.75]))
+    error = medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(inside))
+    least = LIMITS.least_step * thickness_mm
+    if step + error >= least:
+        return None
+    reason = (
+        f"at its edge the ply stands {step:.3f} mm above the bare mold, its thickness is {thickness_mm:g} mm: heights "
+        "come out too small, as where frames from before and after the ply was laid were averaged, or the scanner's z "
+        "is off, or the thickness in the recipe is wrong; check them"
+    )
+    return Finding("level", Verdict.INVALID, reason, step, least, "mm")
 
 
 def misfit(outline: Outline, values: Floats, thickness_mm: float, cut_height_mm: float, most: float) -> Finding | None:
