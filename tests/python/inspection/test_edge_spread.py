@@ -48,6 +48,13 @@ def test_a_filters_sigma_is_found(name, sigma, noise_mm):
     assert 0.65 * sigma < found < 1.1 * sigma
 
 
+@pytest.mark.parametrize("size", [(9, 1), (1, 9)])
+def test_what_blurs_along_rows_or_columns_only_is_found(size):
+    """The middle of all windows would be that of the edges along it, which stay sharp, or between both."""
+    found = spread_mm(filtered(laid_ply.scan(FLAT), lambda image: cv2.blur(image, size)))
+    assert 0.65 * 2.6 < found < 1.1 * 2.6
+
+
 def test_a_bilateral_filter_wider_than_the_step_is_found():
     assert spread_mm(filtered(laid_ply.scan(FLAT), FILTERS["bilateral, 9 pixels, 2 mm"])) > 1.2
 

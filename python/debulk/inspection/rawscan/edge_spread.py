@@ -55,7 +55,11 @@ class EdgeSpread:
         self._places, self._normals = outline.places_mm[some], outline.normals[some]
 
     def least_mm(self, scan: Cloud, mask: Bools | None, threads: int) -> float:
-        """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known."""
+        """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known.
+
+        It is that of all windows, or the greater one of those whose edges run along the image's rows or its columns: a
+        scanner that is shaken blurs one way only.
+        """
         if min(scan.shape[:2]) <= 2 * LIMITS.half_pixels:
             return float("nan")
         pixels, kept = self._pixels_at(scan)
@@ -67,14 +71,12 @@ class EdgeSpread:
         if mask is not None and mask.shape == scan.shape[:2]:
             points[mask[at].reshape(len(pixels), -1)] = np.nan
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
-            spreads = self._spreads(points, self._places[kept], self._normals[kept], threads)
-        spreads = spreads[np.isfinite(spreads)]
-        if len(spreads) < LIMITS.least_windows:
+            spreads, by_rows = self._spreads(points, self._places[kept], self._normals[kept], threads)
+        known = np.isfinite(spreads)
+        if np.count_nonzero(known) < LIMITS.least_windows:
             return float("nan")
-        low, middle, high = np.quantile(spreads, [0.25, 0.5, 0.75])
-        return float(
-            middle - medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(spreads))
-        )
+        each = [spreads[known], *(spreads[known & one] for one in (by_rows, ~by_rows))]
+        return max(_least(one) for one in each if len(one) >= LIMITS.least_windows)
 
     def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
@@ -99,19 +101,34 @@ class EdgeSpread:
         plain = points.astype(np.float64)
         return plain if self._pose is None else product(plain, self._pose[:3, :3].T) + self._pose[:3, 3]
 
-    def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> Floats:
-        """Return the sigma, mm, of each of the windows, (N, M, 3), that are seen; NaN: not the edge of this ply."""
+    def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> tuple[Floats, Bools]:
+        """Return the sigma, mm, of each of the windows, (N, M, 3), that are seen, and whether rows cross its edge.
+
+        NaN: not the edge of this ply.
+        """
         seen = np.asarray(np.isfinite(points).all(axis=2))
         whole = np.flatnonzero(np.mean(seen, axis=1) >= LIMITS.least_seen_share)
         if len(whole) < LIMITS.least_windows:
-            return np.empty(0)
+            return np.empty(0), np.empty(0, dtype=bool)
         points, seen = points[whole], seen[whole]
         sample = sample_of(points[seen], self._prepared, self._pose, threads)
         height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
         height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
         pitch = np.sqrt(np.prod(np.nanmax(at, axis=1) - np.nanmin(at, axis=1), axis=1)) / (2 * LIMITS.half_pixels)
-        outwards = np.einsum("nmk,nk->nm", at - places[whole][:, None], normals[whole])
-        return np.asarray(_sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch)
+        away = at - places[whole][:, None]
+        outwards = np.einsum("nmk,nk->nm", away, normals[whole])
+        around = np.arange(-LIMITS.half_pixels, LIMITS.half_pixels + 1.0)
+        along_row, down_column = (
+            np.abs(np.einsum("nmk,m,nk->n", np.nan_to_num(away), index.ravel(), normals[whole]))
+            for index in np.meshgrid(around, around)
+        )
+        return _sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch, along_row > down_column
+
+
+def _least(spreads: Floats) -> float:
+    """Return a lower bound of what spreads scatter about."""
+    low, middle, high = (float(v) for v in np.quantile(spreads, [0.25, 0.5, 0.75]))
+    return float(middle - medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
 
 
 def _sigmas(height: Floats, out: Floats) -> Floats:
