@@ -22,7 +22,8 @@ namespace debulk {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double bent_mm = 0.03;       // so far off over several nodes, beyond noise, a fit does not follow the surface: a thin ply's level has 0.045
+constexpr double bent_mm =
+    0.03;  // so far off over several nodes, beyond noise, a fit does not follow the surface: a thin ply's level has 0.045
 constexpr double bent_reach_mm = 8.0;  // distance from there to the nodes whose fits are the cause
 constexpr int halvings = 2;            // of the window there; a shoulder of 5 mm radius needs a quarter of the window
 constexpr double noisier = 30.0;       // a node is left out if its variance is so many times that with a full window

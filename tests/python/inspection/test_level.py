@@ -238,9 +238,7 @@ def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_s
     assert [p.verdict for p in other.pockets[:3]] == [p.verdict for p in one.pockets[:3]]
     assert other.verdict is one.verdict, other.reason
     # The ply's own points from the reference, and only the table's from another scan: the reference all the same.
-    assert (
-        "are the same: 100 %" in inspector("varied").inspect(np.where(on[..., None], g.reference, g.scan)).reason
-    )
+    assert "are the same: 100 %" in inspector("varied").inspect(np.where(on[..., None], g.reference, g.scan)).reason
 
 
 @pytest.mark.parametrize(("at", "refused"), [((0, 0), False), ((300, 0), True), (None, True)])
