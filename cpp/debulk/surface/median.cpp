@@ -60,10 +60,9 @@ bool stands(const Grid<float>& grid, int i, int j, float median) {
   return false;
 }
 
-// Replaces values farther than the tolerance from their medians by these. The tolerance is wider by a share of the
-// relief round the value.
-void filter(const Grid<float>& grid, int reach, int step, float tolerance, float of_relief, Grid<float>& out, int threads,
-            const Stop& stop) {
+// Replaces values farther than the tolerance from their medians by these. If what stands is spared, the tolerance is wider
+// by the relief round the value.
+void filter(const Grid<float>& grid, int reach, int step, float tolerance, bool spared, Grid<float>& out, int threads, const Stop& stop) {
   out.nx = grid.nx, out.ny = grid.ny, out.origin = grid.origin, out.spacing = grid.spacing;
   out.values.resize(grid.size());
   const Isa isa = best_isa();
@@ -79,9 +78,9 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, float
         done = DEBULK_ON(isa,
                          run(step, &grid.at(0, j - step), &grid.at(0, j), &grid.at(0, j + step), done, grid.nx, tolerance, &out.at(0, j)));
       for (int i = done; i < grid.nx; ++i) slow(i);
-      for (int i = 0; of_relief > 0 && i < grid.nx; ++i) {
+      for (int i = 0; spared && i < grid.nx; ++i) {
         const float value = grid.at(i, j), middle = out.at(i, j), off = std::abs(value - middle);
-        if (off > 0 && off <= tolerance + of_relief * relief(grid, i, j, step) && stands(grid, i, j, middle)) out.at(i, j) = value;
+        if (off > 0 && off <= tolerance + relief(grid, i, j, step) && stands(grid, i, j, middle)) out.at(i, j) = value;
       }
     }
   });
@@ -91,7 +90,7 @@ void filter(const Grid<float>& grid, int reach, int step, float tolerance, float
 
 void median(const Grid<float>& grid, int size, Grid<float>& out, int threads, const Stop& stop) {
   require(size == 3 || size == 5, "size", "3 or 5", size);
-  filter(grid, size / 2, 1, 0, 0, out, threads, stop);
+  filter(grid, size / 2, 1, 0, false, out, threads, stop);
 }
 
 Grid<float> median(const Grid<float>& grid, int size, int threads) {
@@ -102,8 +101,7 @@ Grid<float> median(const Grid<float>& grid, int size, int threads) {
 
 void without_spikes(const Grid<float>& grid, double tolerance, Grid<float>& out, int threads, const Stop& stop) {
   require(std::isfinite(tolerance) && tolerance > 0, "tolerance_mm", "a positive height in mm", tolerance);
-  const double of_relief = std::clamp(grid.spacing - 1, 0.0, 1.0);  // over 4 mm a bump may fall as much as a spike stands out
-  filter(grid, 1, 2, static_cast<float>(tolerance), static_cast<float>(of_relief), out, threads, stop);
+  filter(grid, 1, 2, static_cast<float>(tolerance), true, out, threads, stop);
 }
 
 }  // namespace debulk

@@ -42,7 +42,11 @@ TEST(WithoutSpikes, ComparesEachValueWithTheNineTwoApart) {
   Noise noise(2);
   for (const auto& [nx, ny, missing] : {std::tuple{131, 17, 0.01}, std::tuple{40, 9, 0.3}, std::tuple{3, 2, 0.1}}) {
     Grid<float> grid(nx, ny, {0, 0}, 1.0), out;
-    for (float& v : grid.values) v = noise.uniform() < missing ? nanf : static_cast<float>(noise.normal());
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {  // no two spikes are among the nine of any value
+        const double spike = i % 7 == 1 && j % 5 == 1 ? 3 : 0;
+        grid.at(i, j) = noise.uniform() < missing ? nanf : static_cast<float>(spike + 0.1 * noise.normal());
+      }
     without_spikes(grid, 0.5, out, 2);
     long spikes = 0;
     for (int j = 0; j < ny; ++j)
@@ -61,7 +65,7 @@ TEST(WithoutSpikes, ComparesEachValueWithTheNineTwoApart) {
         EXPECT_EQ(out.at(i, j), spike ? middle : grid.at(i, j));
         spikes += spike;
       }
-    EXPECT_GE(spikes, nx > 5 ? 10 : 0);
+    EXPECT_GE(spikes, nx > 5 ? 8 : 0);
   }
   Grid<float> out;
   EXPECT_THROW(without_spikes(Grid<float>(5, 5, {0, 0}, 1.0), 0, out, 1), InputError);
@@ -80,6 +84,17 @@ TEST(WithoutSpikes, KeepsNarrowBumpsOfWideCellsAndTakesFlyingPixels) {
   for (int i = 40; i < 46; ++i) grid.at(i, 22) = 1.9f, grid.at(i, 23) = 1.6f;  // a row of pixels
   without_spikes(grid, 1.0, out, 2);
   EXPECT_EQ(out.values, bump.values);
+}
+
+TEST(WithoutSpikes, KeepsTheTopOfANarrowBumpOfFineCells) {
+  Grid<float> grid(61, 61, {0, 0}, 0.75), out;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i)
+      grid.at(i, j) = static_cast<float>(3.8 * std::exp(-0.5 * std::pow(0.75 * std::hypot(i - 30, j - 30) / 2.3, 2)));
+  const Grid<float> bump = grid;
+  grid.at(50, 10) = 1.9f;  // flies over the flat ply
+  without_spikes(grid, 0.5, out, 2);
+  for (std::size_t k = 0; k < grid.size(); ++k) EXPECT_NEAR(out.values[k], bump.values[k], 1e-6);
 }
 
 }  // namespace

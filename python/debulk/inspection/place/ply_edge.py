@@ -55,6 +55,7 @@ class Limits:
     beside_mm: tuple[float, ...] = (-6.0, -4.0, -2.0, 2.0, 4.0, 6.0)  # lines; along none outside may a fibre be longest
     along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
     lifted_mm: float = 0.2  # ply that is lower lies on the mold
+    aslant: float = 0.7  # of its height: so far outside shows the side of an edge that is seen at 35 degrees
     levels_mm: tuple[float, float] = (8.0, 28.0)  # distances from the outline between which both levels are read
     levels_share: float = 0.3  # of the outline along which both must be known
     # Of the ply's thickness: in right layups of the third family the step has 0.994 to 1.008. Heights that are 0.9 of
@@ -193,15 +194,16 @@ def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: flo
     longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
     outer = np.array(LIMITS.beside_mm) > 0
     around = np.max([np.roll(calm, k, axis=0) for k in range(-half, half)], axis=0)
-    # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge.
-    rising = around[:, outer] > around[:, ~outer].max(axis=1, keepdims=True)
+    # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge, and lies near it.
+    top = around[:, ~outer].max(axis=1, keepdims=True)
+    rising = (around[:, outer] > top) & (np.array(LIMITS.beside_mm)[outer] > LIMITS.aslant * top)
     inside, outside = longer[:, ~outer].max(axis=1), np.where(rising, longer[:, outer], 0.0).max(axis=1)
     worst = int(np.argmax(np.where(outside > inside, outside, 0.0)))
     if outside[worst] <= max(inside[worst], most_mm):
         return None
     here = np.arange(worst - half, worst + half) % len(longer)
-    top = here[np.argmax(calm[here][:, outer].max(axis=1))]
-    x, y = outline.places_mm[top * len(outline.places_mm) // len(longer)].tolist()
+    middle = here[np.argmax(calm[here][:, outer].max(axis=1))]
+    x, y = outline.places_mm[middle * len(outline.places_mm) // len(longer)].tolist()
     reason = (
         f"the outline leaves out a part of the ply: just outside it, at ({x:.0f}, {y:.0f}) mm, a fibre along the edge "
         f"is {outside[worst]:.2f} mm longer than the mold, and none inside is so long; check that the outline reaches "
