@@ -101,9 +101,10 @@ def test_wrinkles_of_any_direction_are_found_with_place_height_and_length(wide_m
 def test_bells_that_the_filters_take_away_are_found_with_place_height_and_ridge(step_mm):
     scan = _quantised(_scan(), step_mm) if step_mm else _scan()
     found = _lost(laid_ply.inspector(), scan)
-    assert len(found) == len(BELLS)
+    lost = [bell for bell in BELLS if bell not in BELLS[1:3]]  # of these two the height map keeps enough to judge them
+    assert len(found) == len(lost)
     limit_mm = laid_ply.inspector().recipe.verdict.max_ridge_mm
-    for x, y, wide_mm, high_mm in BELLS:
+    for x, y, wide_mm, high_mm in lost:
         bump = min(found, key=lambda one: np.linalg.norm(np.subtract(one.place.top_mm, (x, y))))
         assert not bump.place.is_wrinkle
         assert np.linalg.norm(np.subtract(bump.place.top_mm, (x, y))) < 1.5
@@ -134,9 +135,10 @@ def test_a_wrinkle_of_3_by_8_mm_decides():
 def test_bumps_leave_the_layup_undecided_and_the_report_says_where():
     report = laid_ply.inspector().inspect(_scan(3))
     assert report.verdict is Verdict.UNDECIDED
-    assert "narrower than what the height map resolves" in report.reason
+    assert {one.check for one in report.findings if one.at_best} == {"pockets", "narrow_bumps"}
+    assert len(report.pockets) == 2  # of these the height map keeps enough to judge them
     marked = [one.place_mm for one in report.left_out if one.what.startswith("a bump about")]  # on the page's map
-    assert sorted(marked) == [pytest.approx(bell[:2], abs=1.5) for bell in sorted(BELLS[:3])]
+    assert sorted(marked) == [pytest.approx(BELLS[0][:2], abs=1.5)]
 
 
 def test_one_too_low_for_a_ridge_passes():
@@ -144,18 +146,12 @@ def test_one_too_low_for_a_ridge_passes():
     assert laid_ply.inspector().inspect(laid_ply.scan(_bells((60, 40, 9, 1)))).verdict is Verdict.CEASE
 
 
-@pytest.mark.parametrize(
-    ("wide_mm", "high_mm", "verdict"), [(8.0, 2.5, Verdict.UNDECIDED), (10.0, 3.0, Verdict.CREASE)]
-)
-def test_a_narrow_bump_on_a_pocket_is_not_passed(wide_mm, high_mm, verdict):
-    """What the height map keeps of the wider one is enough for a ridge."""
+@pytest.mark.parametrize(("wide_mm", "high_mm"), [(8.0, 2.5), (10.0, 3.0)])
+def test_a_narrow_bump_on_a_pocket_is_not_passed(wide_mm, high_mm):
+    """What the height map keeps of it is enough for a ridge."""
     scan = laid_ply.scan(_bells(WIDE, (31.0, 22.0, wide_mm, high_mm)))
     assert _true_ridge_mm(wide_mm, high_mm) > laid_ply.inspector().recipe.verdict.max_ridge_mm
-    assert laid_ply.inspector().inspect(scan).verdict is verdict
-    (one,) = _lost(laid_ply.inspector(), scan)
-    assert one.place.top_mm == pytest.approx((31.0, 22.0), abs=1.5)
-    assert one.place.height_mm == pytest.approx(high_mm, rel=0.3)
-    assert 2 * one.place.width_mm == pytest.approx(wide_mm, abs=2.0)
+    assert laid_ply.inspector().inspect(scan).verdict is Verdict.CREASE
 
 
 def test_a_narrow_bump_on_what_is_no_pocket_is_not_passed():

@@ -220,7 +220,6 @@ def test_a_steep_bell_on_a_low_hill_is_as_narrow_as_the_bell():
     report = Inspector(None, reference, stranger_scenes.outline(*ply_mm)).inspect(scan)
     (bump,) = report.pockets
     assert bump.verdict is Verdict.UNDECIDED
-    assert bump.reason.endswith("the filters may have lowered what is narrow for such heights: give a denser scan")
 
 
 @pytest.mark.parametrize("seed", [91002, 91019, 741205, 770285, 92525])

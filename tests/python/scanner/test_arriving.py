@@ -66,7 +66,8 @@ def test_every_pattern_has_the_bits_of_the_whole_stack(formula, periods, steps, 
 def test_the_planes_are_what_is_decoded(formula):
     images = formula()[None]
     planes = taken_in(images, (50, 51), 6, None)
-    planes.best[2:] += 0.25  # a quarter of a turn
+    with np.errstate(all="ignore"):  # planes that are not needed are not filled
+        planes.best[2:] += 0.25  # a quarter of a turn
     maps, _ = decoded(images, (50, 51), 6, None, planes)
     assert not np.array_equal(maps["phase"], decoded(images, (50, 51), 6, None)[0]["phase"], equal_nan=True)
 
