@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
-from debulk.inspection.evidence.medians import ERROR, OF_QUARTILES
+from debulk.inspection.evidence.medians import error
 from debulk.inspection.evidence.sample import Sample
 
 SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
@@ -107,7 +107,7 @@ class PlyZones:
         return Blocks(
             xy_mm=self._low + self.side_mm * middle,
             height_mm=medians,
-            error_mm=ERROR * OF_QUARTILES * quartiles / np.sqrt(count),
+            error_mm=error(quartiles, count),
             side_mm=self.side_mm,
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )

@@ -106,8 +106,7 @@ def low_step(outline: Outline, values: Floats, thickness_mm: float) -> Finding |
     if np.count_nonzero(known) < LIMITS.levels_share * len(values):
         return None
     inside, outside = (np.nanmedian(side[known], axis=1) for side in sides)
-    low, step, high = (float(v) for v in np.quantile(inside - outside, [0.25, 0.5, 0.75]))
-    error = medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(inside))
+    step, error = medians.with_error(inside - outside)
     least = LIMITS.least_step * thickness_mm
     if step + error >= least:
         return None
@@ -192,11 +191,12 @@ def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: flo
     excess = np.hypot(np.diff(calm, axis=0, append=calm[:1]), LIMITS.along_mm) - LIMITS.along_mm
     half = round(0.5 * STRETCH_MM / LIMITS.along_mm)
     longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
-    outer = np.array(LIMITS.beside_mm) > 0
+    off_mm = np.array(LIMITS.beside_mm)
+    outer = off_mm > 0
     around = np.max([np.roll(calm, k, axis=0) for k in range(-half, half)], axis=0)
     # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge, and lies near it.
     top = around[:, ~outer].max(axis=1, keepdims=True)
-    rising = (around[:, outer] > top) & (np.array(LIMITS.beside_mm)[outer] > LIMITS.aslant * top)
+    rising = (around[:, outer] > top) & (off_mm[outer] > LIMITS.aslant * top)
     inside, outside = longer[:, ~outer].max(axis=1), np.where(rising, longer[:, outer], 0.0).max(axis=1)
     worst = int(np.argmax(np.where(outside > inside, outside, 0.0)))
     if outside[worst] <= max(inside[worst], most_mm):

@@ -127,8 +127,8 @@ class EdgeSpread:
 
 def _least(spreads: Floats) -> float:
     """Return a lower bound of what spreads scatter about."""
-    low, middle, high = (float(v) for v in np.quantile(spreads, [0.25, 0.5, 0.75]))
-    return float(middle - medians.SURE * medians.ERROR * medians.OF_QUARTILES * (high - low) / np.sqrt(len(spreads)))
+    middle, error = medians.with_error(spreads)
+    return middle - error
 
 
 def _sigmas(height: Floats, out: Floats) -> Floats:
