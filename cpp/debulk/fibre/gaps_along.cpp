@@ -153,17 +153,6 @@ std::vector<Visit> by_tile(const std::vector<LineCourse>& courses, std::size_t t
   return out;
 }
 
-// Joins stretches that follow each other.
-void join(std::vector<RaisedStretch>& raised) {
-  std::size_t kept = 0;
-  for (std::size_t k = 1; k < raised.size(); ++k)
-    if (raised[k].first == raised[kept].end)
-      raised[kept].end = raised[k].end;
-    else
-      raised[++kept] = raised[k];
-  if (!raised.empty()) raised.resize(kept + 1);
-}
-
 }  // namespace
 
 GapsAlong GapsAlong::of(const std::vector<FibreLine>& lines, const GapTiles& tiles, const Surface& mold, bool whole,

@@ -13,6 +13,19 @@ struct Stretch {
   int first = 0, end = 0;
 };
 
+// Joins stretches of a line, in order, that follow each other.
+template <class S>
+void join(std::vector<S>& stretches) {
+  if (stretches.empty()) return;
+  std::size_t kept = 0;
+  for (std::size_t k = 1; k < stretches.size(); ++k)
+    if (stretches[k].first == stretches[kept].end)
+      stretches[kept].end = stretches[k].end;
+    else
+      stretches[++kept] = stretches[k];
+  stretches.resize(kept + 1);
+}
+
 // Points of a line in one tile with values, or, once they are joined, in several.
 struct RaisedStretch : Stretch {
   std::size_t at = 0;      // of its first value

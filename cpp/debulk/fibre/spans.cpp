@@ -35,13 +35,7 @@ LineSpans LineReader::read(const FibreLine& line, const LineCourse& course) {
   // What is not known may go on from one kind of stretch into the other.
   std::vector<Stretch>& gaps = out_.gaps;
   std::sort(gaps.begin(), gaps.end(), [](const Stretch& a, const Stretch& b) { return a.first < b.first; });
-  std::size_t kept = 0;
-  for (std::size_t k = 1; k < gaps.size(); ++k)
-    if (gaps[k].first == gaps[kept].end)
-      gaps[kept].end = gaps[k].end;
-    else
-      gaps[++kept] = gaps[k];
-  if (!gaps.empty()) gaps.resize(kept + 1);
+  join(gaps);
   return std::move(out_);
 }
 
