@@ -228,8 +228,7 @@ void bind_pocket(py::module_ m) {
       .def_property_readonly("labels", viewer(&FootMap::labels))
       .def_property_readonly("heights", viewer(&FootMap::heights))
       .def_readonly("noise", &FootMap::noise_mm)
-      .def_readonly("mold_tol", &FootMap::mold_tol_mm)
-      .def_readonly("hill", &FootMap::hill_mm);
+      .def_readonly("mold_tol", &FootMap::mold_tol_mm);
 
   m.def("find_feet", py::overload_cast<const Segmentation&, const FootOptions&, int, const Stop&>(&find_feet), py::arg("segmentation"),
         py::arg("options"), py::arg("threads"), py::arg("stop"), py::call_guard<py::gil_scoped_release>());
