@@ -26,10 +26,10 @@ struct PhaseIndex {
   float step = 0, per_step = 0;  // a usual step between neighbours, rad, and its inverse
   float low = 0, high = 0;       // range of the row's phases, rad
   float turn = 1;                // 1 or -1: the phases times this rise along the row
-  std::vector<float> below,
-      above;          // behind row_room others: of each pixel, the greatest of the turned phases up to it, and the least from it on
-  int bins = -1;      // 0: no phase occurs; -1: not sorted yet
-  float per_rad = 0;  // the bin of a phase is (phase - low) * per_rad
+  // Behind row_room others: of each pixel, the greatest of the turned phases up to it, and the least from it on.
+  std::vector<float> below, above;
+  int bins = -1;                   // 0: no phase occurs; -1: not sorted yet
+  float per_rad = 0;               // the bin of a phase is (phase - low) * per_rad
   std::vector<float> first, last;  // of each bin, the segments that reach into it and those between them
 };
 

@@ -176,7 +176,7 @@ DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats pla
     const Spot spot(j, which, 0, round_it + 1);
     j = choose(which, j, all(static_cast<float>(spot.from)));
     const Floats before = spot(index.below, j, row_room), behind = spot(index.above, j + static_cast<float>(round_it), row_room);
-    const Ints below = before<turned, above = behind> turned;
+    const Ints below = (before < turned), above = (behind > turned);
     if (!any(which & ~(below & above))) {
       Places places;
       Floats a = spot(index.row->phase, j) - phase;
