@@ -33,7 +33,7 @@ auto reading(const py::handle& fault, const Body& body) {
 }
 
 py::tuple to_tuple(const PointSummary& s) {
-  return py::make_tuple(s.low, s.high, s.sampled, s.at_origin);
+  return py::make_tuple(s.low, s.high, s.at_origin);
 }
 
 using TypeNames = std::array<std::string, 3>;

@@ -272,11 +272,21 @@ def _array(points: Any, name: str) -> NDArray[Any]:
     except ValueError:  # lists of different lengths
         raise InputError(f"{name}: expected {_CLOUD}, but got rows of different lengths") from None
     if array.ndim not in (2, 3) or array.shape[-1] != 3:
-        remedy = "; debulk.files.load_cloud() reads one" if isinstance(points, (str, PathLike)) else ""
-        raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{remedy}")
+        raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{_reshape(points, array)}")
     if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either byte order
         raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
     return array
+
+
+def _reshape(points: Any, array: NDArray[Any]) -> str:
+    """Say how points are had from what came, where that is plain."""
+    if isinstance(points, (str, PathLike)):
+        return "; debulk.files.load_cloud() reads one"
+    if array.ndim in (2, 3) and array.shape[0] == 3:
+        return "; where x, y, z are its first axis, pass numpy.moveaxis(points, 0, -1)"
+    if array.ndim in (2, 3) and array.shape[-1] > 3:
+        return "; where x, y, z are its first columns, pass points[..., :3]"
+    return ""
 
 
 def _convert(array: NDArray[Any]) -> str:

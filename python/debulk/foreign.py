@@ -27,13 +27,18 @@ def plain(points: Any, name: str) -> Any:
 
     Known are a ``sensor_msgs/PointCloud2`` message, of ROS or rosbags; a NumPy array of records with fields x, y, z, or
     X, Y, Z, or f0, f1, f2, or one field xyz of three numbers; a point cloud of Open3D, or anything else with
-    ``points``; anything that speaks DLPack. Whole numbers become floats. Units are left as they are.
+    ``points``; a table of pandas or Polars with columns x, y, z; anything that speaks DLPack. Whole numbers become
+    floats. Units are left as they are.
     """
     if isinstance(points, np.ndarray):
         return _of_records(points, name) if points.dtype.names else points
     try:
         if all(hasattr(points, part) for part in _MESSAGE):
             return _of_message(points, name)
+        listed = [str(column) for column in getattr(points, "columns", ())]
+        for names in _NAMES:
+            if set(names) <= set(listed):
+                return points[list(names)].to_numpy()
         inner = getattr(points, "points", None)
         if inner is None and hasattr(points, "point"):  # Open3D's clouds of tensors
             inner = points.point["positions"]

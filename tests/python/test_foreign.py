@@ -119,6 +119,15 @@ def test_tensors_and_clouds_of_open3d():
         cloud.from_memory(SimpleNamespace(point={}))
 
 
+def test_tables_are_read_by_the_names_of_their_columns():
+    pandas = pytest.importorskip("pandas")
+    flat = POINTS.reshape(-1, 3)
+    for names in ("zyx", "ZYX"):
+        table = pandas.DataFrame(flat[:, ::-1], columns=list(names)).assign(quality=1)
+        np.testing.assert_array_equal(cloud.from_memory(table), flat)
+    np.testing.assert_array_equal(cloud.from_memory(pandas.DataFrame(flat)), flat)
+
+
 def test_a_cloud_too_far_away_is_not_rounded_silently():
     away = np.array([0, 0, 5e9])
     far = POINTS.astype(np.float64) + away

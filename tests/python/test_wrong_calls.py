@@ -43,7 +43,11 @@ CALLS = {
         (lambda: inspector(["a", "b"]), "a list of text"),
         (lambda: inspector({"points": CLOUD}), "a dict"),
         (lambda: inspector([]), "shape (0,)"),
-        (lambda: inspector(np.zeros((5, 5))), "shape (5, 5)"),
+        (
+            lambda: inspector(np.zeros((5, 5))),
+            "shape (5, 5); where x, y, z are its first columns, pass points[..., :3]",
+        ),
+        (lambda: inspector(np.zeros((3, 9, 5))), "pass numpy.moveaxis(points, 0, -1)"),
         (lambda: inspector(np.zeros((5, 5, 3), int)), "int64"),
         (lambda: inspector([[1.0, 2.0, 3.0], [1.0]]), "different lengths"),
     ],

@@ -105,7 +105,7 @@ PointSummary read_records(int file, long long offset, long count, const RecordLa
       read_at(file, start, buffer.get(), static_cast<long long>(n) * layout.bytes);
       convert(buffer.get(), layout, n, factor, points);
     }
-    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, begin, n);
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, n);
   });
   return merged(parts);
 }
@@ -120,7 +120,7 @@ PointSummary gather_columns(const std::array<const std::uint8_t*, 3>& columns, c
       const int bytes = bytes_of(types[k]);
       gather(columns[k] + begin * bytes, types[k], bytes, end - begin, false, factor, points + k);
     }
-    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, begin, end - begin);
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(points, end - begin);
   });
   return merged(parts);
 }

@@ -12,11 +12,12 @@ void PointSummary::merge(const PointSummary& other) {
     low[k] = std::min(low[k], other.low[k]);
     high[k] = std::max(high[k], other.high[k]);
   }
-  sampled += other.sampled;
   at_origin += other.at_origin;
 }
 
-PointSummary summarise(const float* xyz, long first, long count) {
+namespace {
+
+PointSummary bounds(const float* xyz, long count) {
   constexpr int lanes = 24;  // eight points side by side, which fill whole registers of 4 floats
   float low[lanes], high[lanes];
   std::fill(low, low + lanes, PointSummary::infinity);
@@ -39,13 +40,32 @@ PointSummary summarise(const float* xyz, long first, long count) {
     out.low[k % 3] = std::min(out.low[k % 3], low[k]);
     out.high[k % 3] = std::max(out.high[k % 3], high[k]);
   }
-  constexpr long step = 16;
-  for (long i = (step - first % step) % step; i < count; i += step) {
-    const float* p = xyz + 3 * i;
-    ++out.sampled;
-    out.at_origin += p[0] == 0 && p[1] == 0 && p[2] == 0;
+  return out;
+}
+
+// Takes one point after the other, which is slower.
+PointSummary without_origin(const float* xyz, long count) {
+  PointSummary out;
+  for (const float *p = xyz, *end = xyz + 3 * count; p != end; p += 3) {
+    if (p[0] == 0 && p[1] == 0 && p[2] == 0) {
+      ++out.at_origin;
+      continue;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      out.low[k] = p[k] < out.low[k] ? p[k] : out.low[k];
+      out.high[k] = p[k] > out.high[k] ? p[k] : out.high[k];
+    }
   }
   return out;
+}
+
+}  // namespace
+
+PointSummary summarise(const float* xyz, long count) {
+  const PointSummary out = bounds(xyz, count);
+  bool origin = true;  // whether the box holds it, as few parts of a scan do in a scanner's frame
+  for (std::size_t k = 0; k < 3; ++k) origin = origin && out.low[k] <= 0 && out.high[k] >= 0;
+  return origin ? without_origin(xyz, count) : out;
 }
 
 PointSummary scale_and_summarise(float* xyz, long count, double factor, int threads) {
@@ -54,7 +74,7 @@ PointSummary scale_and_summarise(float* xyz, long count, double factor, int thre
   parallel_for(count, chunk, threads, [&](long begin, long end) {
     if (factor != 1)
       for (long i = 3 * begin; i < 3 * end; ++i) xyz[i] = static_cast<float>(xyz[i] * factor);
-    parts[static_cast<std::size_t>(begin / chunk)] = summarise(xyz + 3 * begin, begin, end - begin);
+    parts[static_cast<std::size_t>(begin / chunk)] = summarise(xyz + 3 * begin, end - begin);
   });
   PointSummary all;
   for (const PointSummary& part : parts) all.merge(part);

@@ -211,7 +211,7 @@ PointSummary TextPoints::read(long rows, bool commas, double factor, float* out)
       at = stop + 1;
     }
     if (row != last_row) throw FileFault(text.offset, "the file changed while it was read");
-    parts[static_cast<std::size_t>(k)] = summarise(out + 3 * block.rows, block.rows, row - block.rows);
+    parts[static_cast<std::size_t>(k)] = summarise(out + 3 * block.rows, row - block.rows);
   });
   PointSummary all;
   for (const PointSummary& part : parts) all.merge(part);

@@ -34,7 +34,7 @@ _WRITERS: dict[str, Callable[[Path, NDArray[np.float32]], None]] = {
 }  # fmt: skip
 _FAR_MM = 1e7  # ten kilometres: no scanner sees that far, so the file or its unit is wrong
 _FARTHEST_MM = 1e10  # ten thousand kilometres: no map's northing is larger
-_FEW_POINTS, _MOST_AT_ORIGIN = 20, 0.001  # no two points of a scan have the same position
+_FEW = 3  # points may lie at the origin by rounding; more are a mark, since no two points of a scan share a place
 
 
 class CloudWarning(UserWarning):
@@ -69,8 +69,8 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     Warns
     -----
     CloudWarning
-        If the file holds something that the points do not show: a VIEWPOINT or a camera's pose, which is never applied,
-        or faces of a mesh.
+        If the file holds something that the points do not show: a VIEWPOINT or another pose, which is never applied,
+        faces of a mesh, or more than three points at (0, 0, 0), which are read as NaN.
 
     Raises
     ------
@@ -123,7 +123,10 @@ def _read(source: Source, extension: str, mm_per_unit: float, unit: Unit) -> Poi
     check_kind(source, extension)
     points = _READERS[extension](source, mm_per_unit)
     _check_plausible(source, points, unit)
-    return points
+    if points.at_origin <= _FEW:
+        return points
+    points.values[(points.values == 0).all(axis=-1)] = np.nan
+    return points.noted(f"{points.at_origin} of its points lie at (0, 0, 0): they are read as NaN, nothing seen")
 
 
 @typed
@@ -185,8 +188,5 @@ def _check_plausible(source: Source, points: Points, unit: Unit) -> None:
     if points.values.size > 3 and size_mm == 0:
         where = ", ".join(f"{value:g}" for value in low)
         source.fail(0, f"all points seen lie at ({where})", "check the scanner and its export")
-    if points.sampled >= _FEW_POINTS and points.at_origin > points.sampled * _MOST_AT_ORIGIN:
-        share = points.at_origin / points.sampled
-        source.fail(0, f"{share:.1%} of the points lie at (0, 0, 0)", "write NaN where nothing was seen")
     if points.values.size > 3:
         check_size(source.path, size_mm, "cloud", unit)

@@ -136,10 +136,10 @@ def _refuse_codes(path: Path, values: NDArray[np.float64]) -> None:
         code = float((seen * sign).min(initial=math.inf)) * sign
         others = seen[seen != code]
         count = len(seen) - len(others)
-        if len(others) < 2 or count < 2:
+        if len(others) < 2:
             continue
         gap = float(others.min() - code if sign > 0 else code - others.max())
-        if gap > (0.5 if len(others) >= _MANY else 10.0) * float(np.ptp(others)):
+        if gap > (0.5 if count > 1 and len(others) >= _MANY else 10.0) * float(np.ptp(others)):
             raise InputError(
                 f"{path}: {code:.9g} stands at {count / values.size:.2%} of the places, far from all other heights: if "
                 f"it means that nothing was seen, give missing={code:.9g}, otherwise missing=nan"
@@ -172,11 +172,16 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
     rows: list[NDArray[np.float64]] = []
     esri: dict[str, str] = {}
     separator, signs, number, offset, closed = "", set[str](), 0, 0, True
+    labelled = False  # whether the first row begins with a word
     while raw := source.file.readline(_LONGEST_LINE):
         number += 1
         if len(raw) == _LONGEST_LINE:
             source.fail(offset, f"line {number}: a line of more than {_LONGEST_LINE} bytes", "check the file")
         text = without_comment(raw.decode("utf-8-sig", errors="replace").strip("\r\n "))
+        if text and labelled and len(rows) == 1:
+            words = split(text, separator)
+            if len(words) != len(rows[0]) or (words[0] and not is_value(words[0])):
+                rows, separator, signs, closed = [], "", set(), True  # it was a heading, such as "pitch, 0.5"
         match = None if rows else _ESRI.fullmatch(text)
         if match:
             esri[match[1].lower()] = match[2]
@@ -185,6 +190,7 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
             words = split(text, separator) if text else []
             if words:
                 signs |= {sign for sign in ".,_" if any(sign in word for word in words)}
+                labelled = labelled if rows else bool(words[0]) and not is_value(words[0])
                 rows.append(_row(source, offset, number, words, corner=not rows))
                 if len(rows[-1]) != len(rows[0]) or len(rows) * len(rows[0]) > _MOST_PLACES:
                     problem = f"line {number}: expected {len(rows[0])} heights, got {len(rows[-1])}"
@@ -205,9 +211,11 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
     if separator == "," and not signs and not scaled and np.isfinite(values).any():
         remedy = "export it with decimal points, or give scale_mm if these are whole numbers of steps"
         source.fail(0, "no number has a decimal point, so the commas may be decimal commas", remedy)
-    x, y = values[0, 1:], values[1:, 0]
-    if np.isnan(values[0, 0]) and len(values) > 2 and values.shape[1] > 2 and _even(x) and _even(y):
-        return np.ascontiguousarray(values[1:, 1:]), (float(x[1] - x[0]), float(y[1] - y[0])), None
+    if _has_axes(source, values):
+        x, y = values[0, 1:], values[1:, 0]
+        pitch = float(x[1] - x[0]), float(y[1] - y[0])
+        counted = pitch == (1, 1) and max(x[0], y[0]) <= 1  # numbers of columns and rows, as pandas writes them
+        return np.ascontiguousarray(values[1:, 1:]), None if counted else pitch, None
     if "cellsize" not in esri:
         return values, None, None
     if (esri.get("nrows"), esri.get("ncols")) != (str(values.shape[0]), str(values.shape[1])):
@@ -217,6 +225,26 @@ def _of_text(source: Source, scaled: bool) -> tuple[NDArray[np.float64], tuple[f
     except ValueError:
         source.fail(0, "expected numbers for cellsize and nodata_value", "export it again")
     return values, (size, -size), code  # its first line is the far edge
+
+
+def _has_axes(source: Source, values: NDArray[np.float64]) -> bool:
+    """Tell whether the first line and column are coordinates; refuse one that is no heights while the other is.
+
+    Both rise evenly. Without an empty corner they must be long, and those beside them must not rise so.
+    """
+    if min(values.shape) < 3:
+        return False
+    inner = values[1:, 1:]
+    line, column = _even(values[0, 1:]), _even(values[1:, 0])
+    if np.isnan(values[0, 0]):
+        return line and column
+    line = line and inner.shape[1] >= _MANY and not _even(inner[0])
+    column = column and len(inner) >= _MANY and not _even(inner[:, 0])
+    if line != column:
+        which = "line" if line else "column"
+        problem = f"its first {which} rises evenly and the next does not, as numbers over or beside heights do"
+        source.fail(0, problem, "export the heights alone")
+    return line
 
 
 def _is_row(text: str) -> bool:

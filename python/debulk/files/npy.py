@@ -23,7 +23,7 @@ from debulk.files.source import MAX_POINTS, Layout, Points, Source, summarised
 from debulk.foreign import coordinates, plain
 
 _REMEDY = "save it with numpy.save as (H, W, 3) or (N, 3) float32"
-_NAMES = ("points", "cloud", "scan", "xyz", "point_cloud", "pcd")
+_NAMES = ("points", "cloud", "scan", "xyz", "point_cloud", "pcd", "positions", "vertices")
 _AXES = (("x", "y", "z"), ("X", "Y", "Z"))
 _MOST_UNPACKED_BYTES = 1 << 32
 _STEP_BYTES = 1 << 24

@@ -7,16 +7,13 @@ the scanner's own frame; ``0 0 0`` means that nothing was seen.
 
 from __future__ import annotations
 
-import logging
 import math
 
 import numpy as np
 
-from debulk import _core
 from debulk.files.source import EXPORT_AGAIN, MAX_COLUMNS, Points, Source, whole_number
 from debulk.files.words import is_number
 
-log = logging.getLogger("debulk")
 _LINES = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)  # numbers in each line of the header
 
 
@@ -39,18 +36,18 @@ def read_ptx(source: Source, factor: float) -> Points:
     flat = points.values
     flat[(flat == 0).all(axis=1)] = np.nan
     values = np.ascontiguousarray(flat.reshape(width, height, 3).transpose(1, 0, 2))
-    _name_motion(source, np.array(header[6:], dtype=np.float64).T, factor)
-    return Points(values, *_core.files.scale_and_summarise(values.reshape(-1, 3), 1.0, 0))
+    points = points._replace(values=values, at_origin=0)  # those mean nothing seen
+    return points.noted(_motion_note(np.array(header[6:], dtype=np.float64).T, factor))
 
 
-def _name_motion(source: Source, motion: np.ndarray[tuple[int, int], np.dtype[np.float64]], factor: float) -> None:
-    """Say that the file holds a motion which is not applied; it stands there by columns, as its last line shows."""
+def _motion_note(motion: np.ndarray[tuple[int, int], np.dtype[np.float64]], factor: float) -> str:
+    """Return a note about a motion that is not applied; it stands in the file by columns, as its last line shows."""
     if np.allclose(motion, np.eye(4), atol=1e-9):
-        return
+        return ""
     shift_mm = float(np.linalg.norm(motion[:3, 3])) * factor
     turned = math.degrees(math.acos(min(max((float(np.trace(motion[:3, :3])) - 1) / 2, -1.0), 1.0)))
-    log.warning(
-        "%s: its header moves the points by %.6g mm and turns them by %.4g degrees; they are given in the scanner's "
-        "frame, without that motion: if the pose needs it, multiply it in, and scan and reference need the same one",
-        source.path, shift_mm, turned,
-    )  # fmt: skip
+    return (
+        f"its header moves the points by {shift_mm:.6g} mm and turns them by {turned:.4g} degrees; they are given in "
+        "the scanner's frame, without that motion: if the pose needs it, multiply it in, and scan and reference need "
+        "the same one"
+    )

@@ -26,7 +26,7 @@ _RECORDS_AT_ONCE = 1 << 18
 
 
 class Points(NamedTuple):
-    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read.
+    """Points, (H, W, 3) or (N, 3) in mm, and the figures gathered while they were read, (0, 0, 0) left out.
 
     They are float32, or float64 where the file has such precision and they lie so far away that float32 would lose it.
     The notes are whole sentences about what the file holds and the points do not show.
@@ -35,7 +35,6 @@ class Points(NamedTuple):
     values: NDArray[np.floating[Any]]
     low: list[float]
     high: list[float]
-    sampled: int
     at_origin: int
     notes: tuple[str, ...] = ()
 
@@ -74,6 +73,7 @@ def summarised(values: NDArray[Any], factor: float) -> Points:
         return points
     wide = np.multiply(values, factor, dtype=np.float64)
     flat = wide.reshape(-1, 3)
+    flat[(flat == 0).all(axis=1)] = np.nan  # no measured point is there if the others are far
     low = np.fmin.reduce(flat, axis=0, initial=np.inf).tolist()  # NaN is ignored
     high = np.fmax.reduce(flat, axis=0, initial=-np.inf).tolist()
     return points._replace(values=wide, low=low, high=high)

@@ -133,7 +133,9 @@ def _head(source: Source, begin: int) -> _Head:
                 line = counting
             units = _check_headings(source, others, names, len(fields), separator)
             return _Head(line, separator, names, units, count)
-        elif text.isascii() and text.isdigit() and len(text) <= 12 and count is None and names is None:
+        elif (
+            text.isascii() and text.isdigit() and len(text) <= 12 and count is None and (names is None or names.comment)
+        ):
             count = int(text)
         elif (names is None or names.comment) and is_line_of_names(text):
             names, others = line, []  # whatever stands above the names is prose

@@ -214,26 +214,30 @@ TEST(PointRecords, ReadsAnyLayoutLikeTheObviousLoop) {
         EXPECT_EQ(summary.low[k], low);
         EXPECT_EQ(summary.high[k], high);
       }
-      EXPECT_EQ(summary.sampled, (count + 15) / 16);
+      EXPECT_EQ(summary.at_origin, 0);
     }
     Floats out(expected.size() + 3);
     EXPECT_THROW(read_records(file.number(), 7, count + 1, c.layout, 1, out.data(), 1), FileFault);
   }
 }
 
-TEST(PointSummary, PassesOverNan) {
+TEST(PointSummary, PassesOverNanAndTheOrigin) {
   const float nan = std::nanf("");
   for (const long count : {1L, 7L, 8L, 9L, 1000L}) {
     Floats points(static_cast<std::size_t>(3 * count), nan);
-    EXPECT_GT(summarise(points.data(), 0, count).low[0], summarise(points.data(), 0, count).high[0]);
+    EXPECT_GT(summarise(points.data(), count).low[0], summarise(points.data(), count).high[0]);
     points[points.size() - 2] = -5;
-    const PointSummary one = summarise(points.data(), 0, count);
+    const PointSummary one = summarise(points.data(), count);
     EXPECT_EQ(one.low[1], -5);
     EXPECT_EQ(one.high[1], -5);
     EXPECT_GT(one.low[2], one.high[2]);
     std::fill(points.begin(), points.end(), 0.0F);
-    EXPECT_EQ(summarise(points.data(), 0, count).at_origin, (count + 15) / 16);
-    EXPECT_EQ(summarise(points.data(), 5, count).sampled, (count + 4) / 16);
+    EXPECT_EQ(summarise(points.data(), count).at_origin, count);
+    points[points.size() - 1] = 70;
+    const PointSummary last = summarise(points.data(), count);
+    EXPECT_EQ(last.at_origin, count - 1);
+    EXPECT_EQ(last.low[2], 70);
+    EXPECT_EQ(last.high[0], 0);
   }
 }
 

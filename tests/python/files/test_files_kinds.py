@@ -186,7 +186,12 @@ def test_a_unit_that_cannot_be_right(tmp_path):
 @pytest.mark.parametrize("name", [name for name, _ in UNORGANISED])
 @pytest.mark.parametrize(
     ("value", "part"),
-    [(0.0, "all points seen lie at (0, 0, 0)"), (np.nan, "nothing was seen"), (np.inf, "point 0: x = inf")],
+    [
+        (7.0, "all points seen lie at (7, 7, 7)"),
+        (0.0, "nothing was seen"),
+        (np.nan, "nothing was seen"),
+        (np.inf, "point 0: x = inf"),
+    ],
 )
 def test_clouds_that_are_no_scan(tmp_path, name, value, part):
     data = dict(made.all_kinds(np.full((40, 3), value, dtype=np.float32)))[name]
@@ -195,12 +200,18 @@ def test_clouds_that_are_no_scan(tmp_path, name, value, part):
     assert part in error_for(tmp_path, name, data)
 
 
-def test_zeros_where_nothing_was_seen(tmp_path):
-    points = np.nan_to_num(cloud(30, 40))
-    assert "of the points lie at (0, 0, 0); write NaN" in error_for(tmp_path, "a.npy", made.npy(points))
-    points = cloud(30, 40)
-    points[3, 4] = 0
-    assert load(tmp_path, "a.npy", made.npy(points)).shape == (30, 40, 3)
+@pytest.mark.parametrize("away_mm", [0.0, 5e6])
+def test_zeros_where_nothing_was_seen(tmp_path, away_mm):
+    points = cloud(30, 40).astype(np.float64) + away_mm
+    points[3, 4] = 0  # up to three may lie there by rounding
+    if not away_mm:
+        assert not np.isnan(load(tmp_path, "a.npy", made.npy(points))[3, 4]).any()
+    points[5, 1:5] = 0  # and a few in one place are a mark, too
+    expected = np.where((points == 0).all(axis=2, keepdims=True), np.nan, points)
+    for name, data in (("a.npy", made.npy(points)), ("a.ply", made.ply(points, kind="double"))):
+        with pytest.warns(files.CloudWarning, match=r"5 of its points lie at \(0, 0, 0\): they are read as NaN"):
+            read = load(tmp_path, name, data)
+        np.testing.assert_array_equal(read, expected if away_mm else expected.astype(np.float32))
 
 
 def test_integers_are_refused_in_plain_arrays(tmp_path):

@@ -41,6 +41,9 @@ def table(separator, missing="", comma=False, end=""):
         table(" ", "NA", comma=True),
         table(",", end=","),
         "Gocator, surface\nheights in mm\n" + table(","),
+        "X Resolution (mm),0.5\nY Resolution (mm),0.5\n\n" + table(","),
+        '"Unit","mm"\n"XY Calibration","47.171","um"\n"Horizontal","4"\n"Vertical","3"\n\n"Height"\n' + table(","),
+        ",0,1,2,3\n" + "".join(f"{k},{row}" for k, row in enumerate(table(",").splitlines(True))),
     ],
 )
 def test_text(tmp_path, text):
@@ -73,6 +76,20 @@ def test_the_pitch_that_a_file_says(tmp_path):
             np.testing.assert_array_equal(points[2, 3, :2], [30, -20])
         assert "expected 10 and 10 mm, as" in error_for(tmp_path, "a.asc", text, (20.0, 10.0))
     assert "nrows and ncols to be 3 and 4" in error_for(tmp_path, "a.asc", esri.replace("nrows 3", "nrows 4"))
+
+
+def test_numbers_over_and_beside_heights_are_no_heights(tmp_path):
+    z = np.random.default_rng(4).normal(12, 1, (21, 22)).round(4)
+    rows = [",".join(map(str, row)) for row in z]
+    beside = [f"{0.5 * k},{row}" for k, row in enumerate(rows)]
+    over = ",".join(map(str, 0.25 * np.arange(22)))
+    points = load(tmp_path, "a.csv", "\n".join([f"0.0,{over}", *beside]))
+    np.testing.assert_allclose(points[..., 2], z, rtol=1e-6)
+    np.testing.assert_allclose(points[-1, -1, :2], [21 * 0.25, 10])
+    assert "its first line rises evenly" in error_for(tmp_path, "a.csv", "\n".join([over, *rows]), (9, 9))
+    assert "its first column rises evenly" in error_for(tmp_path, "a.csv", "\n".join(beside), (9, 9))
+    plane = "\n".join(",".join(f"{5 + 0.25 * i + 0.5 * j}" for i in range(30)) for j in range(30))
+    assert load(tmp_path, "a.csv", plane, (9, 9)).shape == (30, 30, 3)
 
 
 def test_pictures_and_arrays(tmp_path):
@@ -113,7 +130,7 @@ def test_pictures_and_arrays(tmp_path):
         ("a.csv", "nan,nan\nnan,nan\n", {"pitch_mm": (9, 9)}, "nothing was seen"),
         (
             "a.csv",
-            "-99999.99,1.5\n-99999.99,1.7\n",
+            "-99999.99,1.5\n1.6,1.7\n",
             {"pitch_mm": (9, 9)},
             "if it means that nothing was seen, give missing=",
         ),

@@ -1,7 +1,5 @@
 """Text clouds of many writers: what each says, and what is refused because it may say something else."""
 
-import logging
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -45,6 +43,7 @@ def error_for(tmp_path, text, name="a.csv"):
         ",0,1,2\n0,1.5,2.5,3.5\n1,30.5,40,50.25\n",
         "0,1,2\n1.5,2.5,3.5\n30.5,40,50.25\n",
         "export of mold\n1.5 2.5 3.5 4\n30.5 40 50.25 4\n",
+        "//X Y Z R G B\n2\n1.5 2.5 3.5 1 2 3\n30.5 40 50.25 1 2 3\n",
         '"label, long",x,y,z\n"a, b",1.5,2.5,3.5\nc,30.5,40,50.25\n',
         "Pos X,Pos Y,Pos Z\n1.5,2.5,3.5\n30.5,40,50.25\n",
     ],
@@ -160,16 +159,15 @@ def test_decimal_commas_and_points_say_the_same_of_any_size(tmp_path):
     assert load(tmp_path, text.replace(".", ",").replace(" ", ";"), "b.txt").tobytes() == points.tobytes()
 
 
-def test_ptx(tmp_path, caplog):
+def test_ptx(tmp_path):
     rows = [f"{v} 1 {v / 7:.6f} 0.5 9 9 9" for v in range(10, 70, 10)]
     rows[2] = "0 0 0 0.5 0 0 0"
     body = "".join(f"{row}\n" for row in rows)
     points = load(tmp_path, PTX.format(0).replace("20 30", "0 0") + body, "a.ptx", "m")
-    assert points.shape == (2, 3, 3) and np.isnan(points[0, 1]).all() and caplog.text == ""
+    assert points.shape == (2, 3, 3) and np.isnan(points[0, 1]).all()
     np.testing.assert_array_equal(points[:, 2, 0], [50_000, 60_000])
-    with caplog.at_level(logging.WARNING):
+    with pytest.warns(files.CloudWarning, match=r"moves the points by 36055.5 mm and turns them by 0 degrees"):
         np.testing.assert_array_equal(load(tmp_path, PTX.format(0) + body, "a.ptx", "m"), points)
-    assert "moves the points by 36055.5 mm and turns them by 0 degrees" in caplog.text
     for text, part in (
         (PTX.format(0) + body[:-40], "expected 6 lines of 7 numbers after the header, found 5"),
         (PTX.format(0) + body + rows[0], "expected 6 lines of 7 numbers after the header, found 7"),
