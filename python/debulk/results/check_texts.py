@@ -56,7 +56,7 @@ CHECK_TEXTS = (
         "unit",
         "The scan is in another unit",
         "the extent of the scan against that of the reference",
-        "within 15 % of the factor between millimetres and centimetres, inches, decimetres or metres",
+        "within 15 % of the factor between millimetres and micrometres, centimetres, inches, decimetres or metres",
         "multiply the points by the factor that the reason names, or give the unit (`--unit`)",
         (INVALID,),
     ),

@@ -1,4 +1,4 @@
-"""Whether a scan is in another unit than its reference: it is then too small by just the factor between the units."""
+"""Whether a scan is in another unit than its reference: its size is then off by just the factor between the units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.results.finding import Reason
 
-_UNITS = {"centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
+_UNITS = {"micrometres": 0.001, "centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ def width_of(seen: Grid) -> Floats:
 def unit_reason(points_mm: Floats, wide: Floats) -> Reason | None:
     """Return which other unit (N, 3) points of a scan, all finite, are likely to be in; None if there is no sign.
 
-    A scan that is smaller by such a factor than the reference, which is (2,) mm wide, shows far too little of the ply
-    in any case.
+    A scan whose size differs by such a factor from that of the reference, which is (2,) mm wide, shows far too little
+    of the ply in any case.
     """
     if not len(points_mm):
         return None

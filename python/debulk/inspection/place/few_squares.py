@@ -22,9 +22,8 @@ def few_squares_reason(
     `on` are the points of the sample well inside the ply, `share` is that of the ply in the known squares.
     """
     known = np.isfinite(sample.height_mm)
-    each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2
-    seen = np.count_nonzero(on) * each_mm2 / max(zones.inner_mm2, 1.0)
-    if not outlined or not np.isfinite(each_mm2) or seen < _SEEN:
+    each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2  # inf if hardly any point is known
+    if not outlined or not on.any() or not _SEEN * zones.inner_mm2 <= np.count_nonzero(on) * each_mm2 < np.inf:
         what = f"between the pockets only {100 * share:.1f} % of it was seen by scan and reference"
         remedy = (
             "check that the outline, the scan and the reference are of the same part, in mm, with their pose: z is to "
