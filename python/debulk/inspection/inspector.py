@@ -26,6 +26,7 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.find.whole_scan import WholeScanFinder
@@ -381,21 +382,21 @@ class Inspector:
 
     def _search_raw(
         self, given: NDArray[np.float32], points: NDArray[np.float32], sample: Sample, stop: _core.Stop
-    ) -> tuple[Filled, Standing, Recognised | None]:
-        """Look in the raw scan for filled-in patches, for what the filters would hide, and for the chain's signature.
+    ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
+        """Look in the raw scan's image for filled-in patches, what the filters would hide, and the chain's signature.
 
         `given` are the points before an offset was removed, which the export may have rounded.
         """
         image = self._filled.image_of(points, sample)
         filled = self._filled.find(image, self.mask, stop)
         standing = self._narrow.find(image, self.mask, stop)
-        return filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
+        return image, filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
 
     def _judge(
         self,
         points: NDArray[np.float32],
         sample: Sample,
-        searched: Callable[[], tuple[Filled, Standing, Recognised | None]],
+        searched: Callable[[], tuple[CloudImage | None, Filled, Standing, Recognised | None]],
         lying: _Lying,
         cycle: Cycle,
     ) -> Report:
@@ -422,7 +423,9 @@ class Inspector:
             reports = shared_runs.named([one.report for one in done], pockets, ply)
             judged = Judged(pockets, done, reports, late)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
-            filled, standing, recognised = searched()
+            image, filled, standing, recognised = searched()
+            if image is not None and placed.edge is not None:
+                filled = self._filled.at(placed.edge, filled, image, self.mask)
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
             more = (recognised, named(lying.humps, largest, self.recipe), self._approved)

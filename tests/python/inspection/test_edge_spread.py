@@ -97,12 +97,21 @@ def test_the_recipe_may_allow_for_it(fine_mm, expected):
     assert inspector.inspect(scan).verdict is expected
 
 
-def test_without_an_outline_the_report_says_that_it_was_not_looked_at():
-    layup = laid_ply.layup()
-    whole = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner).inspect(laid_ply.scan(FLAT))
-    assert any(entry.what == "how sharp the scan is, by the ply's edge" for entry in whole.left_out)
-    told = laid_ply.inspector().inspect(laid_ply.scan(FLAT))
-    assert not any("how sharp" in entry.what for entry in told.left_out)
+@pytest.mark.parametrize(("sigma", "blurred"), [(0.0, False), (3.0, True)])
+def test_without_an_outline_the_edge_that_the_scan_shows_is_judged(sigma, blurred):
+    layup, grain = laid_ply.layup(), np.random.default_rng(0).normal(0, 0.02, laid_ply.scan(FLAT).shape[:2])
+    scan = filtered(laid_ply.scan(FLAT), lambda image: cv2.GaussianBlur(image, (0, 0), sigma) if sigma else image)
+    scan[..., 2] += grain.astype(np.float32)  # a filter that leaves white noise of its own
+    report = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner).inspect(scan)
+    assert not any("how sharp" in entry.what for entry in report.left_out)
+    assert any(finding.check == "smoothed" for finding in report.findings) == blurred
+
+
+def test_where_no_edge_is_seen_the_report_says_so():
+    layup, inside = laid_ply.layup(), np.s_[100:-100, 100:-100]
+    inspector = Inspector(None, layup.reference[inside], mold_from_scanner=layup.mold_from_scanner)
+    left_out = inspector.inspect(laid_ply.scan(FLAT)[inside]).left_out
+    assert any(entry.what == "how sharp the scan is, by the ply's edge" for entry in left_out)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -206,7 +206,9 @@ def test_clouds_in_inches_or_centimetres_never_pass():
 
 
 @pytest.mark.parametrize(
-    ("factor", "word"), [(1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres")], ids=["metres", "cm", "micrometres"]
+    ("factor", "word"),
+    [(1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres")],
+    ids=["metres", "cm", "micrometres"],
 )
 def test_a_scan_in_another_unit_than_its_reference_is_named(factor, word):
     g = given("first")

@@ -11,7 +11,7 @@ import pytest
 
 import stranger_scenes as stranger
 from debulk import Grid, InputError, Inspector, Recipe, Verdict, pocket, scenes
-from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.outline import Outline, edge_seen
 from debulk.inspection.place import ply_edge
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
@@ -204,11 +204,18 @@ def test_heights_that_come_out_too_small_show_at_the_edges_step_and_an_offset_do
     ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
     noise = np.random.default_rng(0).normal(0, 0.03, x.shape)
     heights = share * bell(300, 100, 25, 3.0)(x, y, ply) + offset_mm + noise
-    edge = Outline(np.array([[0, 0], [300, 0], [300, 200], [0, 200]], dtype=float))
-    found = ply_edge.low_step(edge, edge.strips(Grid(heights, np.array([-80.0, -80.0]), 2.0)), 0.3)
-    assert (found is None) == (share > 0.9)
-    if found is not None:
-        assert found.at_best is Verdict.INVALID and found.measured == pytest.approx(0.3 * share, abs=0.01)
+    shown = Grid(heights, np.array([-80.0, -80.0]), 2.0)
+    seen = edge_seen(shown, lambda xy: np.zeros(len(xy)), 0.3)
+    for edge in (Outline(np.array([[0, 0], [300, 0], [300, 200], [0, 200]], dtype=float)), seen):
+        found = ply_edge.low_step(edge, edge.strips(shown), 0.3)
+        assert (found is None) == (share > 0.9)
+        if found is not None:
+            assert found.at_best is Verdict.INVALID and found.measured == pytest.approx(0.3 * share, abs=0.01)
+
+
+def test_without_ply_on_the_bare_mold_no_edge_is_seen():
+    shown = Grid(np.random.default_rng(0).normal(0, 0.03, (100, 100)), np.zeros(2), 2.0)
+    assert edge_seen(shown, lambda xy: np.zeros(len(xy)), 0.3) is None
 
 
 @pytest.mark.parametrize(

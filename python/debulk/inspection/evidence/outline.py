@@ -78,3 +78,15 @@ class Outline:
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
         edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
         return np.where(edges, np.nan, out)
+
+
+def edge_seen(heights: Grid, bare_mm: Callable[[Floats], Floats], thickness_mm: float) -> Outline | None:
+    """Return the edge of the largest piece of ply that a map shows on the bare mold; None: there is none.
+
+    It serves checks of how a scan shows an edge where no outline was given; it says nothing about what the ply's is.
+    """
+    xy = np.stack(np.meshgrid(heights.x_mm, heights.y_mm), axis=-1)
+    above = heights.values - bare_mm(xy.reshape(-1, 2)).reshape(xy.shape[:2])
+    map_ = Grid(above.astype(np.float32), heights.origin_mm, heights.spacing_mm)
+    pieces = pocket.segment(map_, 0.5 * thickness_mm, STRETCH_MM**2, 0.0, smooth_mm=0.0).pockets
+    return Outline(pieces[0].outline_mm, bare_mm) if pieces else None

@@ -14,7 +14,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.cleaning import raised
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason, width_of
-from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.outline import Outline, edge_seen
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
 from debulk.inspection.evidence.two_layers import layers_apart_mm, layers_reason
@@ -40,6 +40,8 @@ class Placed:
 
     level: Level | None
     finding: Finding | None = None
+    edge: Outline | None = None
+    """The ply's edge as the scan shows it, for checks of how sharp it is, if no outline was given."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -79,7 +81,7 @@ class Placing:
             frame.check_outline_on(ply_outline, low, high)
         self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
         if self.outline is not None:
-            self._missed = self.outline.missed(prepared.missed_mm, 0.5 * self._thickness_mm)
+            self._missed = self._missed_at(self.outline)
         self.zones = PlyZones(ply_outline, low, high)
         self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 
@@ -153,8 +155,14 @@ class Placing:
     def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
         """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
         placed = self._judge(sample, outlines_mm)
-        if placed.finding or self.outline is None:
+        if placed.finding:
             return placed
+        if self.outline is None:
+            edge = edge_seen(heights, self._setup.prepared.bare_mm, self._least_mm)
+            if edge is None:
+                return placed
+            finding = ply_edge.low_step(edge, edge.strips(heights) - self._missed_at(edge), self._least_mm)
+            return replace(placed, finding=finding, edge=edge)
         recipe, strips = self._recipe, self.outline.strips(heights)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
         thickness_mm, most_mm = self._thickness_mm, options.counts_from_mm(recipe)
@@ -173,6 +181,10 @@ class Placing:
             or ply_edge.low_step(self.outline, strips - self._missed, self._least_mm)
         )
         return placed if finding is None else replace(placed, finding=finding)
+
+    def _missed_at(self, edge: Outline) -> Floats:
+        """Return by how much the reference stands above its surface beside an edge."""
+        return edge.missed(self._setup.prepared.missed_mm, 0.5 * self._thickness_mm)
 
     def _offset(self, sample: Sample) -> float:
         """Return the offset of the scan's height that is to be removed; 0: none is allowed, or it is too small."""

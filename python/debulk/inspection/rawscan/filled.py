@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -135,6 +135,10 @@ class FilledSearch:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
         return Filled(large, unknown, smoothed)
+
+    def at(self, edge: Outline, found: Filled, image: CloudImage, mask: NDArray[np.bool_] | None) -> Filled:
+        """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
+        return replace(found, smoothed=self._smoothed.at(edge, found.smoothed, image, None if image.laid else mask))
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
         """Return by how much a scan spreads the ply's edge; see `EdgeSpread.least_mm`."""

@@ -81,19 +81,23 @@ class Smoothed:
         return (
             LeftOut(
                 what="how sharp the scan is, by the ply's edge",
-                why="the outline is not given, or too little of the edge was seen to lie flat on the reference",
+                why="too little of the edge was seen to lie flat on the reference",
                 bound="none: bumps that a filter lowered which leaves noise of its own are judged as low as they are",
             ),
         )
 
 
 class SmoothedSearch:
-    """Looks for signs of smoothing in scan after scan; without an outline not at the ply's edge."""
+    """Looks for signs of smoothing in scan after scan; without an outline at the edge that a scan shows, by `at`."""
 
     def __init__(self, setup: Setup, outline: Outline | None) -> None:
-        recipe, given = setup.recipe, (setup.prepared, setup.mold_from_scanner)
-        self._edge = None if outline is None else EdgeSpread(*given, outline, recipe.material.thickness_mm)
-        self._fine_mm, self._threads = recipe.clean.fine_mm, recipe.run.threads
+        self._setup = setup
+        self._edge = None if outline is None else self._spread_of(outline)
+        self._fine_mm, self._threads = setup.recipe.clean.fine_mm, setup.recipe.run.threads
+
+    def _spread_of(self, outline: Outline) -> EdgeSpread:
+        setup = self._setup
+        return EdgeSpread(setup.prepared, setup.mold_from_scanner, outline, setup.recipe.material.thickness_mm)
 
     def find(
         self, image: CloudImage, squares: Squares, some: NDArray[np.int64], mask: NDArray[np.bool_] | None
@@ -110,6 +114,16 @@ class SmoothedSearch:
         spread_mm = self.edge_mm(image.points, mask)
         if shared is None and np.isnan(spread_mm) and _blunt(image, step):
             return Smoothed(edge_mm=spread_mm, blunt_mm=2 * step * pitch_mm)
+        return self._by_edge(spread_mm, pitch_mm)
+
+    def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: NDArray[np.bool_] | None) -> Smoothed:
+        """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
+        if found.shared_mm or found.blunt_mm or not np.isnan(found.edge_mm):
+            return found
+        spread_mm = self._spread_of(edge).least_mm(image.points, mask, self._threads)
+        return self._by_edge(spread_mm, image.pitch_mm)
+
+    def _by_edge(self, spread_mm: float, pitch_mm: float) -> Smoothed:
         allowed_mm = LIMITS.spread * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
 
