@@ -48,7 +48,7 @@ def serve(nodeset: Path, orders, given) -> None:
                     f"r-{made}", "CREASE", "x", "made up", "A", "1", "default", "s", now, now, 0.5, recipe=recipe
                 )
                 times.append((result.id, time.time()))
-                for say in service.on_result:
+                for say in service.on_change:
                     say(result)
                 await asyncio.sleep(1 / rate if rate else 0)
             given.put(times)

@@ -54,10 +54,10 @@ class Standard:
     async def state(self, path):
         return (await (await self.node(f"{path}/0:CurrentState")).read_value()).Text
 
-    async def start(self, path, part="A-17", meas="3", recipe="", more=()):
+    async def start(self, path, part="A-17", meas="3", recipe="", more=(), method="StartSingleJob"):
         words = ua.Variant([ua.Variant(str(word)) for word in (path, *more)], ua.VariantType.Variant, is_array=True)
         return await self.call(
-            f"{AUTOMATIC}/StartSingleJob",
+            f"{AUTOMATIC}/{method}",
             ua.MeasIdDataType(Id=meas),
             ua.PartIdDataType(Id=part),
             ua.BinaryIdBaseDataType(Id=recipe),
@@ -65,11 +65,22 @@ class Standard:
             words,
         )
 
-    async def listen(self, period_ms=10):
-        kinds = await self.type("ResultReadyEventType", 2041)
+    async def listen(self, kind="ResultReadyEventType", period_ms=10):
+        kinds = await self.type(kind, 2041)
         handler = type("Handler", (), {"event_notification": lambda _, event: self.events.append((time.time(), event))})
         subscription = await self.client.create_subscription(period_ms, handler())
         await subscription.subscribe_events(self.system, kinds, queuesize=20_000)
+
+    async def end(self, path):
+        """Call a method that takes a cause and its description, such as Abort; return its error."""
+        return await self.call(path, ua.Variant(0, ua.VariantType.Int32), "a test")
+
+    async def until(self, what, most_s=30):
+        end = time.monotonic() + most_s
+        while not (found := await what()):
+            assert time.monotonic() < end, "it did not happen"
+            await asyncio.sleep(0.02)
+        return found
 
     async def heard(self, count, most_s=60):
         end = time.monotonic() + most_s

@@ -96,10 +96,7 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
 def read_cloud(path: Path, unit: Unit) -> Points:
     """Do what `load_cloud` does, but return its warnings as notes with the points."""
     mm_per_unit = factor(unit)
-    extension = path.suffix.lower()
-    packed = extension == PACKED
-    if packed:
-        extension = path.with_suffix("").suffix.lower()
+    extension, packed = _ending(path)
     began = time.perf_counter()
     with open_source(path) as source:
         if extension not in _READERS:
@@ -117,6 +114,17 @@ def read_cloud(path: Path, unit: Unit) -> Points:
     for note in points.notes:
         log.info("%s: %s", path, note)
     return points
+
+
+def named_as_cloud(path: Path) -> bool:
+    """Return whether a file's name ends as those of clouds do."""
+    return _ending(path)[0] in _READERS
+
+
+def _ending(path: Path) -> tuple[str, bool]:
+    """Return the ending of a file's name, without that of gzip, and whether that is there, too."""
+    packed = path.suffix.lower() == PACKED
+    return (path.with_suffix("") if packed else path).suffix.lower(), packed
 
 
 def _read(source: Source, extension: str, mm_per_unit: float, unit: Unit) -> Points:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from debulk import InputError
@@ -24,13 +24,20 @@ class Folders:
 
     def file(self, named: str) -> Path:
         """Return the path of a file that a request names, without symbolic links; refuse one outside the folders."""
+        return self._found(named, "file", Path.is_file)  # no pipe and no device, which may never end
+
+    def folder(self, named: str) -> Path:
+        """Return the path of a folder likewise."""
+        return self._found(named, "folder", Path.is_dir)
+
+    def _found(self, named: str, kind: str, is_kind: Callable[[Path], bool]) -> Path:
         try:
             path = Path(named).resolve()
             inside = any(path.is_relative_to(folder) for folder in self._allowed)
-            if inside and path.is_file():  # no pipe and no device, which may never end
+            if inside and is_kind(path):
                 return path
         except (OSError, ValueError, RuntimeError):  # too long, a zero byte, links in a circle
             inside = False
         if not inside:
-            raise Refusal(403, "path: expected a file in a folder given by --folder")
-        raise Refusal(404, "path: there is no such file")
+            raise Refusal(403, f"path: expected a {kind} in a folder given by --folder")
+        raise Refusal(404, f"path: there is no such {kind}")

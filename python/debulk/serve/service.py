@@ -10,7 +10,7 @@ import secrets
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -65,13 +65,15 @@ class Service:
         self.counts: Counter[str] = Counter()
         self.seconds = 0.0
         self.changed = asyncio.Event()
-        self.halted = False
-        self.on_start: list[Callable[[Job], None]] = []
-        self.on_result: list[Callable[[Result], None]] = []
+        self.closed = ""
+        """Why no scan is accepted; empty: scans are."""
+        self.on_change: list[Callable[[Job | Result | None], None]] = []
+        """Called at every change: with a job that begins, with a result, or with None for any other."""
         self._read = read
         self._numbers = itertools.count(1)
         self._arriving = 0
         self._waiting: deque[Job] = deque()
+        self._withdrawn: dict[str, str] = {}
         self._work = asyncio.Event()
         self._hanging: set[str] = set()
         self._preparation: asyncio.Task[None] | None = None
@@ -85,9 +87,9 @@ class Service:
         return len(self._waiting) + self._arriving
 
     def check_room(self) -> None:
-        """Refuse another scan if the queue is full, too many inspections hang, or the service was halted."""
-        if self.halted:
-            raise Refusal(503, "the service was halted by OPC UA; the method Reset ends that", 5)
+        """Refuse another scan if the queue is full, too many inspections hang, or the service was closed."""
+        if self.closed:
+            raise Refusal(503, self.closed, 5)
         if self.blocked:
             raise Refusal(503, f"{self.hanging} scans could not be read to their end: check the drives", 10)
         if self.waiting >= self.most_waiting:
@@ -119,7 +121,7 @@ class Service:
     def accept(self, asked: Inspection, inspector: Inspector, scan: Path, angles: Path | None, sent: bool) -> Job:
         """Put a scan, with the file of its ply's fibre directions, into the queue, in which its request has a place."""
         job = Job(
-            f"{self.run}-{next(self._numbers)}",
+            self.new_id(),
             inspector,
             asked.inspector,
             scan,
@@ -135,6 +137,14 @@ class Service:
         self._work.set()
         self._tell()
         return job
+
+    def new_id(self) -> str:
+        """Return an identity that nothing else has, also in no other run of the service."""
+        return f"{self.run}-{next(self._numbers)}"
+
+    def withdraw(self, reason: str, numbers: Container[str] | None = None) -> None:
+        """Have the scans that wait not inspected, None: all of them; their results are INVALID for this reason."""
+        self._withdrawn |= {job.id: reason for job in self._waiting if numbers is None or job.id in numbers}
 
     def prepare(self, name: str, asked: Reference) -> None:
         """Begin to prepare an inspector; from now on its name has none until it is ready."""
@@ -157,6 +167,11 @@ class Service:
             log.exception("a fault of debulk's while an inspector was prepared")
             found = "a fault of debulk's: see the log, and report it"
         self.inspectors.end(found)
+        self._tell()
+
+    def remove(self, name: str) -> None:
+        """Forget an inspector, or why there is none."""
+        self.inspectors.remove(name)
         self._tell()
 
     # --- what is asked ---
@@ -198,9 +213,7 @@ class Service:
                 self._work.clear()
                 await self._work.wait()
             self.running = job = self._waiting.popleft()
-            self._tell()
-            for tell in self.on_start:
-                tell(job)
+            self._tell(job)
             try:
                 result = await self._outcome(job)
             finally:
@@ -213,11 +226,12 @@ class Service:
             self.counts[result.verdict] += 1
             self.seconds += result.seconds
             self._times.append(result.seconds)
-            self._tell()
-            for say in self.on_result:
-                say(result)
+            self._tell(result)
+            await asyncio.sleep(0)  # who listens sends the verdict on before the next scan takes the processor
 
     async def _outcome(self, job: Job) -> Result:
+        if reason := self._withdrawn.pop(job.id, self.closed):
+            return refused(job, reason, now_utc(), _since(job))
         given_up = threading.Event()
         left = _patience_s(job) - (time.monotonic() - job.began_s)
         try:
@@ -264,10 +278,12 @@ class Service:
                 record = self.history.number_of(report)
         return result_of(job, report, record, now_utc(), _since(job))
 
-    def _tell(self) -> None:
-        """Wake all who wait for a change."""
+    def _tell(self, news: Job | Result | None = None) -> None:
+        """Tell all who wait for a change."""
         before, self.changed = self.changed, asyncio.Event()
         before.set()
+        for listener in self.on_change:
+            listener(news)
 
 
 def _since(job: Job) -> float:

@@ -35,11 +35,11 @@ def health(service: Service) -> dict[str, Any]:
     """Return whether the service can take a scan, and what it is at."""
     ready = any(state == "ready" for state in service.inspectors.names().values())
     return {
-        "ok": ready and not service.blocked and not service.halted,
+        "ok": ready and not service.blocked and not service.closed,
         "started_utc": service.started_utc,
         "running": service.running is not None,
         "hanging": service.hanging,
-        "halted": service.halted,
+        "closed": service.closed,
         "waiting": service.waiting,
         "most_waiting": service.most_waiting,
         "inspectors": service.inspectors.names(),

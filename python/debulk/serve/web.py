@@ -119,7 +119,7 @@ class _Web:
         return JSONResponse({name: "preparing"}, 202, headers={"Location": "/inspectors"})
 
     async def remove(self, request: Request) -> Response:
-        self.service.inspectors.remove(request.path_params["name"])
+        self.service.remove(request.path_params["name"])
         return Response(status_code=204)
 
 

@@ -19,7 +19,8 @@ from cells import Running
 from debulk import InputError, Recipe, Report, Verdict
 from debulk.results.approval import recipe_hash
 from debulk.serve.opcua.server import MachineVision
-from vision_client import Standard
+from debulk.serve.result import Result
+from vision_client import AUTOMATIC, Standard
 
 ROOT = Path(__file__).resolve().parents[3]
 NODESET = Path(os.environ.get("DEBULK_NODESET", ROOT / "build/nodesets/Opc.Ua.MachineVision.NodeSet2.xml"))
@@ -53,6 +54,7 @@ def both(tmp_path_factory):
 def vision(both):
     both[0].quick.report = Report(verdict=Verdict.CEASE, reason="no pocket", pockets=(), recipe=Recipe().model_dump())
     both[0].quick.seen.clear()
+    both[0].quick.gate.set()
     both[0].service.results.clear()
     return both
 
@@ -105,12 +107,12 @@ def test_what_cannot_be_done_is_an_error_and_no_job(vision):
             ]
             _, nothing, error = await client.call("ResultManagement/GetResultById", ua.ResultIdDataType(Id="x"), 0)
             errors += [error, nothing.ResultState]
-            await client.call("VisionStateMachine/Halt", ua.Variant(0, ua.VariantType.Int32), "a test")
+            await client.end("VisionStateMachine/Halt")
             errors.append((await client.start(cell.scan))[1])
             while await client.state("VisionStateMachine") != "Halted":
                 await asyncio.sleep(0.01)
             assert cell.post().status == 503
-            await client.call("VisionStateMachine/Reset", ua.Variant(0, ua.VariantType.Int32), "a test")
+            await client.end("VisionStateMachine/Reset")
             errors.append((await client.start(cell.scan))[1])
             return errors
 
@@ -155,7 +157,7 @@ def test_no_event_is_lost_and_each_is_quick(vision):
     """Scans come as fast as the service takes them; the latency is from the result to the client's handler."""
     cell, url = vision
     count, ended = 300, {}
-    cell.service.on_result.append(lambda result: ended.setdefault(result.id, time.time()))
+    cell.service.on_change.append(lambda news: isinstance(news, Result) and ended.setdefault(news.id, time.time()))
 
     async def asked():
         async with Standard(url) as client:
@@ -171,6 +173,133 @@ def test_no_event_is_lost_and_each_is_quick(vision):
     assert [event.JobId.Id for _, event in events] == list(ended)
     late_ms = sorted(1e3 * (came - ended[event.JobId.Id]) for came, event in events)
     assert late_ms[count // 2] < 1000, late_ms[:: count // 10]  # bench/serve/events.py measures it
+
+
+def ways(client):
+    """Return the transitions that a client heard of, and that each names its states."""
+    events = [event for _, event in client.events]
+    for event in events:
+        assert event.Transition.Text.startswith(f"{event.FromState.Text}To{event.ToState.Text}")
+    return [event.Transition.Text for event in events]
+
+
+def test_each_transition_is_an_event_by_its_name_in_the_standard(vision):
+    cell, url = vision
+    nothing = ua.BinaryIdBaseDataType(Id="")
+
+    async def asked():
+        async with Standard(url) as client:
+            await client.listen("StateChangedEventType")
+            await client.start(cell.scan)
+            await client.heard(2)
+            cell.done(cell.post())
+            await client.heard(4)
+            cell.quick.gate.clear()
+            await client.start(cell.scan)
+            await client.heard(5)
+            assert await client.end(f"{AUTOMATIC}/Abort") == 0
+            await client.heard(6)
+            cell.quick.gate.clear()
+            await client.start(cell.scan)
+            await client.heard(7)
+            recipe = await client.call("RecipeManagement/UnprepareRecipe", nothing, nothing)
+            assert recipe[1] == -409  # a job runs by it
+            assert await client.end(f"{AUTOMATIC}/Stop") == 0
+            cell.quick.gate.set()
+            await client.heard(8)
+            assert (await client.call("RecipeManagement/UnprepareRecipe", nothing, nothing))[1] == 0
+            assert not await (await client.node("RecipeManagement/Recipe/IsPrepared")).read_value()
+            errors = [(await client.start(cell.scan))[1], -cell.post().status]
+            errors.append((await client.call("RecipeManagement/UnprepareRecipe", nothing, nothing))[1])
+            errors.append(await client.call("RecipeManagement/Recipe/Unprepare"))
+            await client.heard(9)
+            assert await client.call("RecipeManagement/Recipe/Prepare") == [True, 0]
+            await client.heard(10)
+            assert await client.end("VisionStateMachine/Halt") == 0
+            await client.heard(11)
+            with pytest.raises(ua.UaStatusCodeError) as inactive:
+                await client.state(AUTOMATIC)
+            assert inactive.value.code == ua.StatusCodes.BadStateNotActive
+            assert await client.end("VisionStateMachine/Reset") == 0
+            await client.heard(13)
+            assert await client.state(AUTOMATIC) == "Ready"
+            known = {
+                node.nodeid
+                for kind in ("VisionStateMachineType", "VisionAutomaticModeStateMachineType")
+                for node in await client.client.get_node(await client.type(kind)).get_children()
+            }
+            assert {getattr(event, "Transition/Id") for _, event in client.events} <= known
+            return ways(client), errors
+
+    heard, errors = asyncio.run(asked())
+    assert heard == [
+        "ReadyToSingleExecution", "SingleExecutionToReadyAuto",
+        "ReadyToSingleExecutionAuto", "SingleExecutionToReadyAuto",
+        "ReadyToSingleExecution", "SingleExecutionToReadyAbort",
+        "ReadyToSingleExecution", "SingleExecutionToReadyStop",
+        "ReadyToInitializedRecipe", "InitializedToReadyRecipe",
+        "OperationalToHalted", "HaltedToPreoperational", "PreoperationalToOperationalAuto",
+    ]  # fmt: skip
+    assert errors == [-503, -503, -409, -409]
+
+
+def test_a_continuous_job_takes_what_comes_into_its_folder_until_it_is_stopped(vision):
+    cell, url = vision
+    folder = cell.folder / "dropped"
+    folder.mkdir()
+    scan = cell.scan.read_bytes()
+    (folder / "old.npy").write_bytes(scan)
+
+    async def asked():
+        async with Standard(url) as client, Standard(url) as other:
+            await client.listen()
+            await other.listen("StateChangedEventType")
+            job, error = await client.start(folder, meas="7", method="StartContinuous")
+            assert error == 0
+            errors = [
+                (await client.start(folder, method="StartContinuous"))[1],
+                (await client.start(cell.scan))[1],
+                (await client.start("/etc", method="StartContinuous"))[1],
+            ]
+            for name in ("a.npy", ".hidden.npy", "notes.dat", "b.npy"):
+                (folder / name).write_bytes(scan)
+            await client.heard(2)
+            (folder / "a.npy").write_bytes(scan + b"")  # scanned anew, under the old name
+            os.utime(folder / "a.npy", (1, 1))
+            await client.heard(3)
+            assert await client.state(AUTOMATIC) == "ContinuousExecution"
+            (folder / "last.npy").write_bytes(scan)
+            assert await client.end(f"{AUTOMATIC}/Stop") == 0
+            (folder / "late.npy").write_bytes(scan)
+            await client.heard(4)
+            await other.heard(2)
+            (folder / "later.npy").write_bytes(scan)
+            job_2, error = await client.start(folder, method="StartContinuous")
+            assert error == 0
+            cell.quick.gate.clear()
+            for name in ("c.npy", "d.npy"):
+                (folder / name).write_bytes(scan)
+
+            async def both():
+                return cell.service.running is not None and cell.service.waiting == 1
+
+            await client.until(both)
+            assert await client.end(f"{AUTOMATIC}/Abort") == 0
+            await client.heard(6)
+            await other.heard(4)
+            return job, job_2, errors, [event for _, event in client.events], ways(other)
+
+    job, job_2, errors, events, heard = asyncio.run(asked())
+    assert errors == [-409, -409, -403]
+    assert [event.JobId for event in events] == 4 * [job] + 2 * [job_2]
+    assert [event.MeasId.Id for event in events] == 4 * ["7"] + 2 * ["3"]
+    assert len({event.ResultId.Id for event in events}) == 6
+    assert [count for count, _, _ in cell.quick.seen] == 5 * [100]  # the scan that waited was not inspected
+    assert "Abort of OPC UA" in events[-1].Message.Text and events[-1].ResultState == 4
+    assert heard == [
+        "ReadyToContinuousExecution", "ContinuousExecutionToReadyStop",
+        "ReadyToContinuousExecution", "ContinuousExecutionToReadyAbort",
+    ]  # fmt: skip
 
 
 def test_another_file_is_no_nodeset(running, tmp_path):

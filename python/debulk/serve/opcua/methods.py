@@ -8,87 +8,142 @@ from typing import Any
 from asyncua import ua
 
 from debulk.serve.asked import Inspection, of_query
+from debulk.serve.opcua.continuous import Continuous, scans_in
 from debulk.serve.opcua.nodes import Nodes
 from debulk.serve.opcua.results import FIELDS, job_id, recipe_id, result_data, variant
+from debulk.serve.opcua.states import AUTOMATIC, EXECUTING, MACHINE, States
 from debulk.serve.refusal import Refusal
 from debulk.serve.result import Result
-from debulk.serve.service import KEPT, Service
+from debulk.serve.service import Service
+from debulk.serve.threads import in_thread
 
-_NOT_HERE = -501
+_HALTED = "the service was halted by OPC UA; the method Reset ends that"
+_UNPREPARED = "the recipe was unprepared by OPC UA; the method PrepareRecipe ends that"
 
 
 class Methods:
-    """The methods of a vision system over a service."""
+    """The methods of a vision system over a service.
 
-    def __init__(self, service: Service, recipe_sha256: str, on_change: Callable[[], None]) -> None:
-        self.service, self._recipe = service, recipe_sha256
+    `on_change` is called with the word by which a method's transition is named, when it has changed the states.
+    """
+
+    def __init__(self, service: Service, recipe_sha256: str, states: States, on_change: Callable[[str], None]) -> None:
+        self.service, self._recipe, self._states = service, recipe_sha256, states
         self._on_change = on_change
-        self._meas_ids: dict[str, str] = {}
 
     async def link(self, server: Any, nodes: Nodes) -> None:
         """Have the nodes' methods answered."""
-        automatic = "VisionStateMachine/AutomaticModeStateMachine"
         for path, method in {
-            "VisionStateMachine/Halt": self.halt,
-            "VisionStateMachine/Reset": self.reset,
-            f"{automatic}/StartSingleJob": self.start_single_job,
-            f"{automatic}/StartContinuous": self.start_continuous,
-            f"{automatic}/Abort": self.abort,
-            f"{automatic}/Stop": self.abort,
+            f"{MACHINE}/Halt": self.halt,
+            f"{MACHINE}/Reset": self.reset,
+            f"{AUTOMATIC}/StartSingleJob": self.start_single_job,
+            f"{AUTOMATIC}/StartContinuous": self.start_continuous,
+            f"{AUTOMATIC}/Abort": self.abort,
+            f"{AUTOMATIC}/Stop": self.stop,
             "RecipeManagement/GetRecipeListFiltered": self.recipes,
             "RecipeManagement/PrepareRecipe": self.prepare,
             "RecipeManagement/UnprepareRecipe": self.unprepare,
+            "RecipeManagement/Recipe/Prepare": self.prepare_this,
+            "RecipeManagement/Recipe/Unprepare": self.unprepare_this,
             "ResultManagement/GetResultById": self.result,
             "ResultManagement/GetResultComponentsById": self.components,
             "ResultManagement/GetResultListFiltered": self.results,
         }.items():
             server.link_method(await nodes.at(path), method)
 
-    def meas_id(self, number: str) -> str:
-        """Return the MeasId with which a job was started."""
-        return self._meas_ids.get(number, "")
-
     # --- the state machines ---
 
     async def halt(self, _parent: Any, *_: Any) -> list[Any]:
-        """Accept no more scans, also none by HTTP; what runs is ended."""
-        self.service.halted = True
-        return await self.abort(_parent)
+        """Accept no more scans, also none by HTTP; what runs is ended, and what waits is not inspected."""
+        self.service.closed = _HALTED
+        await self._end_all(_HALTED)
+        self._states.machine = "Halted"
+        self._on_change("")
+        return [_int(0)]
 
     async def reset(self, _parent: Any, *_: Any) -> list[Any]:
-        """Accept scans again."""
-        self.service.halted = False
-        self._on_change()
+        """End whatever runs, and be as at the start."""
+        await self._end_all("ended by the method Reset of OPC UA")
+        self._states.machine = "Preoperational"
+        self._on_change("")
+        self.service.closed, self._states.prepared = "", True
+        self._states.machine = "Operational"
+        self._on_change("Auto")
         return [_int(0)]
+
+    async def _end_all(self, reason: str) -> None:
+        await self._end("Abort")
+        self.service.withdraw(reason)
 
     async def abort(self, _parent: Any, *_: Any) -> list[Any]:
-        """End the running inspection, whose result is INVALID."""
-        if self.service.running is not None:
-            self.service.running.inspector.cancel()
-        self._on_change()
+        """End the running job; scans of it that have no result yet are INVALID."""
+        await self._end("Abort")
         return [_int(0)]
 
-    async def start_single_job(
-        self, _parent: Any, meas: Any, part: Any, recipe: Any, _product: Any, parameters: Any
-    ) -> list[Any]:
+    async def stop(self, _parent: Any, *_: Any) -> list[Any]:
+        """Let the running job end: what has been scanned gets its result."""
+        await self._end("Stop")
+        return [_int(0)]
+
+    async def _end(self, how: str) -> None:
+        states, running = self._states, self.service.running
+        if states.mode not in EXECUTING:
+            return
+        states.ended_by = how
+        if states.continuous is not None:
+            await (states.continuous.stop() if how == "Stop" else states.continuous.abort())
+        if how == "Abort":
+            if states.continuous is not None:
+                self.service.withdraw("ended by the method Abort of OPC UA", states.continuous.scans)
+            if running is not None:
+                running.inspector.cancel()
+        self._on_change(how)
+
+    async def start_single_job(self, _parent: Any, meas: Any, *given: Any) -> list[Any]:
         """Inspect the file that the first parameter names; the others are NAME=VALUE, as of the HTTP call."""
         try:
-            words = [str(_plain(one)) for one in parameters.Value or []]
-            pairs = [word.partition("=") for word in words[1:]]
-            fields = {"path": words[0] if words else "", **{name: value for name, _, value in pairs}}
-            if not self._is_ours(_id(recipe)):
-                raise Refusal(404, f"the recipe {_id(recipe)[:40]} is not the one that is prepared")
-            job = self.service.submit(of_query(Inspection, {"part": _id(part), **fields}))
+            if self._states.continuous is not None:
+                raise Refusal(409, "a continuous job runs")
+            job = self.service.submit(self._asked(*given))
         except Refusal as refusal:
             return [job_id(""), _int(-refusal.status)]
-        self._meas_ids[job.id] = _id(meas)
-        while len(self._meas_ids) > KEPT + self.service.most_waiting + 1:
-            self._meas_ids.pop(next(iter(self._meas_ids)))
+        self._states.ask_for(job.id, job.id, _id(meas))
         return [job_id(job.id), _int(0)]
 
-    async def start_continuous(self, _parent: Any, *_: Any) -> list[Any]:
-        """Refuse: every scan is a job of its own."""
-        return [job_id(""), _int(_NOT_HERE)]
+    async def start_continuous(self, _parent: Any, meas: Any, *given: Any) -> list[Any]:
+        """Inspect each scan that comes into the folder that the first parameter names; the others are as for one."""
+        states = self._states
+        try:
+            asked = self._asked(*given)
+            folder = self.service.folders.folder(asked.path or "")
+            before = await in_thread(scans_in, folder)
+            self.service.check_room()
+            self.service.inspectors.get(asked.inspector)
+            if states.mode != "Ready":
+                raise Refusal(409, f"the automatic mode is {states.mode}, not Ready")
+        except Refusal as refusal:
+            return [job_id(""), _int(-refusal.status)]
+        number = self.service.new_id()
+        states.continuous = Continuous(
+            self.service,
+            number,
+            folder,
+            asked,
+            before,
+            took=lambda scan: states.ask_for(scan, number, _id(meas)),
+            looked=lambda: self._on_change("Auto"),
+        )
+        self._on_change("")
+        return [job_id(number), _int(0)]
+
+    def _asked(self, part: Any, recipe: Any, _product: Any, parameters: Any) -> Inspection:
+        """Return what a job's parameters ask for."""
+        words = [str(_plain(one)) for one in parameters.Value or []]
+        pairs = [word.partition("=") for word in words[1:]]
+        if not self._is_ours(_id(recipe)):
+            raise Refusal(404, f"the recipe {_id(recipe)[:40]} is not the one that is prepared")
+        fields = {"path": words[0] if words else "", **{name: value for name, _, value in pairs}}
+        return of_query(Inspection, {"part": _id(part), **fields})
 
     # --- recipes ---
 
@@ -98,13 +153,37 @@ class Methods:
         return [ua.Variant(True), _count(len(found)), _count(0), _list(found), _int(0)]
 
     async def prepare(self, _parent: Any, external: Any, internal: Any) -> list[Any]:
-        """Answer that the recipe in use is prepared, or that another is not here."""
-        ours = self._is_ours(_id(internal) or _id(external))
-        return [ua.Variant(recipe_id(self._recipe)), ua.Variant(ours), _int(0 if ours else -404)]
+        """Prepare the recipe of the service's start, or answer that another is not here."""
+        error = self._prepared(True, _id(internal) or _id(external))
+        return [ua.Variant(recipe_id(self._recipe)), ua.Variant(not error), _int(error)]
 
-    async def unprepare(self, _parent: Any, *_: Any) -> list[Any]:
-        """Refuse: the recipe is that of the service's start."""
-        return [ua.Variant(recipe_id(self._recipe)), _int(_NOT_HERE)]
+    async def unprepare(self, _parent: Any, external: Any, internal: Any) -> list[Any]:
+        """Accept no more scans, also none by HTTP, until the recipe is prepared again."""
+        error = self._prepared(False, _id(internal) or _id(external))
+        return [ua.Variant(recipe_id(self._recipe)), _int(error)]
+
+    async def prepare_this(self, _parent: Any) -> list[Any]:
+        """Do the same by the recipe's own method."""
+        error = self._prepared(True, "")
+        return [ua.Variant(not error), _int(error)]
+
+    async def unprepare_this(self, _parent: Any) -> list[Any]:
+        """Do the same by the recipe's own method."""
+        return [_int(self._prepared(False, ""))]
+
+    def _prepared(self, wanted: bool, recipe: str) -> int:
+        """Have the recipe prepared or not; return 0, -404 for another recipe, or -409 where the state allows it not."""
+        states = self._states
+        if not self._is_ours(recipe):
+            return -404
+        if states.mode not in ("Ready", "Initialized", *(EXECUTING if wanted else ())):
+            return -409
+        if not wanted and (self.service.waiting or not states.prepared):
+            return -409
+        states.prepared = wanted
+        self.service.closed = "" if wanted else _UNPREPARED
+        self._on_change("Recipe")
+        return 0
 
     def _is_ours(self, wanted: str) -> bool:
         return wanted in ("", self._recipe[:16], self._recipe)
@@ -161,7 +240,7 @@ class Methods:
         return found, 0 if found else -408
 
     def _data(self, result: Result) -> Any:
-        return result_data(result, self.meas_id(result.id))
+        return result_data(result, *self._states.job_of(result.id))
 
 
 def _nothing() -> Any:

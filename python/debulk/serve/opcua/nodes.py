@@ -32,9 +32,9 @@ class Nodes:
         """Return the node below the system at a path of browse names, such as "ResultManagement/GetResultById"."""
         return await self.system.get_child([self._named(name) for name in path.split("/")])
 
-    async def state(self, machine_type: str, name: str) -> Any:
-        """Return the state of a state machine's type."""
-        return await (await self.type(machine_type)).get_child([f"{self.space}:{name}"])
+    async def parts(self, name: str) -> dict[str, Any]:
+        """Return the identities of the nodes below a type, such as a state machine's states and transitions."""
+        return {(await one.read_browse_name()).Name: one.nodeid for one in await (await self.type(name)).get_children()}
 
     async def type(self, name: str) -> Any:
         """Return a type of the standard by its browse name."""

@@ -44,8 +44,8 @@ def variant(field: str, value: Any) -> ua.Variant:
     return ua.Variant(value, ua.VariantType.Int32) if field == "ResultState" else ua.Variant(value)
 
 
-def result_data(result: Result, meas_id: str) -> Any:
-    """Return a result.
+def result_data(result: Result, job: str, meas_id: str) -> Any:
+    """Return a result of a job.
 
     Its content is the evaluation (Int32), the verdict, the reason, and each entry of the checklist as text.
     """
@@ -59,7 +59,7 @@ def result_data(result: Result, meas_id: str) -> Any:
         PartId=ua.PartIdDataType(Id=result.part),
         InternalRecipeId=recipe_id(result.recipe),
         InternalConfigurationId=ua.BinaryIdBaseDataType(Id=result.inspector),
-        JobId=ua.JobIdDataType(Id=result.id),
+        JobId=ua.JobIdDataType(Id=job),
         CreationTime=ended,
         ProcessingTimes=ua.ProcessingTimesDataType(
             StartTime=began, EndTime=ended, ProcessingDuration=1e3 * result.seconds

@@ -14,10 +14,14 @@ from debulk.results.approval import recipe_hash
 from debulk.serve.opcua.methods import Methods
 from debulk.serve.opcua.nodes import load_types, made
 from debulk.serve.opcua.results import FIELDS, job_id, recipe_id, result_data, variant
+from debulk.serve.opcua.states import AUTOMATIC, EXECUTING, MACHINE, Change, States
 from debulk.serve.result import Job, Result
 from debulk.serve.service import Service
 
 log = logging.getLogger("debulk")
+
+_TYPES = {MACHINE: "VisionStateMachineType", AUTOMATIC: "VisionAutomaticModeStateMachineType"}
+_EVENTS = ("JobStarted", "Ready", "ResultReady", "RecipePrepared", "StateChanged")
 
 
 class MachineVision:
@@ -30,8 +34,10 @@ class MachineVision:
     def __init__(self, service: Service, nodeset: Path, endpoint: str) -> None:
         self._service, self._nodeset, self._endpoint = service, nodeset, endpoint
         self._recipe = recipe_hash(service.cell.recipe.model_dump())
-        self._methods = Methods(service, self._recipe, self._refresh)
-        self._news: asyncio.Queue[Job | Result | None] = asyncio.Queue()
+        self._states = States(service)
+        self._methods = Methods(service, self._recipe, self._states, lambda cause: self._note(None, cause))
+        self._prepared = False
+        self._news: asyncio.Queue[Change | Result | bool] = asyncio.Queue()
         self._server = Server()
         self._work: asyncio.Task[None] | None = None
 
@@ -46,55 +52,96 @@ class MachineVision:
         server.set_security_policy([ua.SecurityPolicyType.NoSecurity])
         space = await load_types(server, self._nodeset)
         self._nodes = nodes = await made(server, space, "VisionSystem")
-        await self._methods.link(server, nodes)
-        await self._prepare_states()
         await self._prepare_recipe()
+        await self._methods.link(server, nodes)
+        self._parts = {machine: await nodes.parts(kind) for machine, kind in _TYPES.items()}
+        self._machines = {machine: await nodes.at(machine) for machine in _TYPES}
         self._events = {
             name: [
-                await server.get_event_generator(await nodes.type(name), node)
+                await server.get_event_generator(await nodes.type(f"{name}EventType"), node)
                 for node in (nodes.system, server.nodes.server)  # whichever a client listens to
             ]
-            for name in ("JobStartedEventType", "ReadyEventType", "ResultReadyEventType")
+            for name in _EVENTS
         }
         try:
             await server.start()
         except OSError as error:
             raise InputError(f"--opcua {self._endpoint}: cannot be listened to: {error}") from None
-        self._service.on_start.append(self._news.put_nowait)
-        self._service.on_result.append(self._news.put_nowait)
-        self._refresh()
+        self._service.on_change.append(self._note)
+        self._note(None)
         self._work = asyncio.ensure_future(self._follow())
 
     async def stop(self) -> None:
         """Stop listening."""
         if self._work is not None:
+            self._service.on_change.remove(self._note)
+            if self._states.continuous is not None:
+                await self._states.continuous.abort()
             self._work.cancel()
             await asyncio.gather(self._work, return_exceptions=True)
             await self._server.stop()
 
-    def _refresh(self) -> None:
-        """Have the states written anew."""
-        self._news.put_nowait(None)
+    def _note(self, news: Job | Result | None, cause: str = "Auto") -> None:
+        """Have clients told what is new, in this order: a result, whether the recipe is prepared, and the states."""
+        if isinstance(news, Result):
+            self._news.put_nowait(news)
+        if self._prepared is not self._states.prepared:
+            self._prepared = self._states.prepared
+            self._news.put_nowait(self._prepared)
+        for change in self._states.changes(news, cause):
+            self._news.put_nowait(change)
 
     async def _follow(self) -> None:
         """Tell what happens, one after the other: no result is left out, however fast they come."""
         while True:
             news = await self._news.get()
             try:
-                await self._tell(news)
-                await self._write_states()
+                match news:
+                    case Result():
+                        await self._tell_result(news)
+                    case Change():
+                        await self._tell_change(news)
+                    case _:
+                        await self._tell_prepared(news)
+                if isinstance(news, Result) or self._news.empty():
+                    await self._publish()
             except Exception:  # the next result must be told all the same
                 log.exception("a fault of debulk's while OPC UA was told of %s", news)
 
-    async def _tell(self, news: Job | Result | None) -> None:
-        match news:
-            case Job():
-                await self._fire("JobStartedEventType", f"inspects {news.scan.name}", JobId=job_id(news.id))
-            case Result():
-                data = result_data(news, self._methods.meas_id(news.id))
-                fields = {name: variant(name, getattr(data, name)) for name in FIELDS}
-                await self._fire("ResultReadyEventType", f"{news.verdict}: {news.reason}", **fields)
-                await self._fire("ReadyEventType", "ready", JobId=job_id(news.id))
+    async def _publish(self) -> None:
+        """Send events now: up to a publishing interval is saved, and one turn of waiting for a busy processor.
+
+        A client that has asked for nothing more meanwhile gets them when it asks; trying again would let its
+        subscription expire.
+        """
+        for subscription in list(self._server.iserver.subscription_service.subscriptions.values()):
+            if not subscription._publish_cycles_count:
+                await subscription.publish_results()
+
+    async def _tell_result(self, result: Result) -> None:
+        data = result_data(result, *self._states.job_of(result.id))
+        fields = {name: variant(name, getattr(data, name)) for name in FIELDS}
+        await self._fire("ResultReady", f"{result.verdict}: {result.reason}", **fields)
+
+    async def _tell_change(self, change: Change) -> None:
+        parts, machine = self._parts[change.machine], self._machines[change.machine]
+        await self._write_state(machine, change.new, parts)
+        if not change.transition:
+            return
+        fields = {"SourceNode": ua.Variant(machine.nodeid), "SourceName": ua.Variant(change.machine.split("/")[-1])}
+        names = {"FromState": change.old, "ToState": change.new, "Transition": change.transition}
+        for field, name in names.items():
+            fields |= {field: ua.Variant(ua.LocalizedText(name)), f"{field}/Id": ua.Variant(parts[name])}
+        await self._fire("StateChanged", change.transition, **fields)
+        if change.new in EXECUTING:
+            await self._fire("JobStarted", f"job {change.job}", JobId=job_id(change.job))
+        elif change.old in EXECUTING:
+            await self._fire("Ready", "ready", JobId=job_id(change.job))
+
+    async def _tell_prepared(self, prepared: bool) -> None:
+        await (await self._nodes.at("RecipeManagement/Recipe/IsPrepared")).write_value(prepared)
+        if prepared:
+            await self._fire("RecipePrepared", "prepared", InternalId=ua.Variant(recipe_id(self._recipe)))
 
     async def _fire(self, event: str, message: str, **fields: ua.Variant) -> None:
         for generator in self._events[event]:
@@ -102,36 +149,19 @@ class MachineVision:
                 generator.event.add_property(name, value.Value, value.VariantType)
             await generator.trigger(message=message)
 
-    async def _prepare_states(self) -> None:
-        nodes, machine = self._nodes, "VisionStateMachine"
-        automatic = f"{machine}/AutomaticModeStateMachine"
-        self._states: dict[str, tuple[Any, Any, dict[str, Any]]] = {}
-        for path, kind, names in (
-            (machine, "VisionStateMachineType", ("Operational", "Halted")),
-            (automatic, "VisionAutomaticModeStateMachineType", ("Initialized", "Ready", "SingleExecution")),
+    async def _write_state(self, machine: Any, name: str, parts: dict[str, Any]) -> None:
+        """Write a state, or that the machine is not active, which is the standard's way for one below another."""
+        current = await machine.get_child(["0:CurrentState"])
+        for node, value in (
+            (current, ua.Variant(ua.LocalizedText(name))),
+            (await current.get_child(["0:Id"]), ua.Variant(parts.get(name, ua.NodeId()), ua.VariantType.NodeId)),
         ):
-            states = {name: (await nodes.state(kind, name)).nodeid for name in names}
-            current = await nodes.at(f"{path}/0:CurrentState")
-            self._states[path] = (current, await current.get_child(["0:Id"]), states)
-
-    async def _write_states(self) -> None:
-        """Write both states: the machine's, and that of its automatic mode."""
-        service = self._service
-        ready = "ready" in service.inspectors.names().values()
-        mode = "SingleExecution" if service.running else "Ready" if ready else "Initialized"
-        for (current, identity, states), name in zip(
-            self._states.values(), ("Halted" if service.halted else "Operational", mode), strict=True
-        ):
-            await current.write_value(ua.LocalizedText(name))
-            await identity.write_value(states[name], ua.VariantType.NodeId)
+            status = ua.StatusCode(ua.StatusCodes.Good if name else ua.StatusCodes.BadStateNotActive)
+            await node.write_value(ua.DataValue(value, status))
 
     async def _prepare_recipe(self) -> None:
         management = await self._nodes.at("RecipeManagement")
         kind = await self._nodes.type("RecipeType")
-        recipe = await management.add_object(
-            self._nodes.space, "Recipe", objecttype=kind.nodeid, instantiate_optional=False
-        )
         space = self._nodes.space
-        identity = await recipe.get_child([f"{space}:InternalId"])
-        await identity.write_value(recipe_id(self._recipe))
-        await (await recipe.get_child([f"{space}:IsPrepared"])).write_value(True)
+        await management.add_object(space, "Recipe", objecttype=kind.nodeid, instantiate_optional=False)
+        await (await self._nodes.at("RecipeManagement/Recipe/InternalId")).write_value(recipe_id(self._recipe))
