@@ -10,7 +10,6 @@ depends. Cancelling a `stop` from another thread ends a computation with a Runti
 from __future__ import annotations
 
 from collections.abc import Sequence
-from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
@@ -60,7 +59,7 @@ def from_memory(points: Any, unit: Literal["mm", "m"] = "mm", name: str = "point
     """
     if unit not in ("mm", "m"):
         raise InputError(f'unit: expected "mm" or "m", got {unit!r}')
-    array = _array(points, name)
+    array = foreign.points_of(points, name)
     return array if unit == "mm" else array * array.dtype.type(1000)
 
 
@@ -240,12 +239,9 @@ def median_pitch(points: ArrayLike, *, threads: int = 0, stop: _core.Stop | None
     return float(_core.cloud.median_pitch(as_cloud(points, "points"), threads, stop or _core.Stop()))
 
 
-_CLOUD = "an (H, W, 3) or (N, 3) array of points"
-
-
 def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
     """Bring points into the form that the package computes on, like `checked`, but check only shape and type."""
-    array = _array(points, name)
+    array = foreign.points_of(points, name)
     if array.dtype.itemsize == 8 and (shift := origin.shift_of(array)) is not None:
         away = float(np.abs(shift).max())
         if away > arrays.LARGEST_MM:
@@ -256,39 +252,3 @@ def as_cloud(points: ArrayLike, name: str = "points") -> NDArray[np.float32]:
             )
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(array, dtype=np.float32)
-
-
-def _array(points: Any, name: str) -> NDArray[Any]:
-    """Return the points as an array of float32 or float64, (H, W, 3) or (N, 3), without a copy where that can be."""
-    points = foreign.plain(points, name)
-    if isinstance(points, np.ma.MaskedArray):  # masked points were not seen
-        if points.dtype.kind != "f":
-            raise InputError(
-                f"{name}: expected float32 or float64 coordinates, but got {points.dtype}{_convert(points)}"
-            )
-        points = points.filled(np.nan)
-    try:
-        array: NDArray[Any] = np.asarray(points)
-    except ValueError:  # lists of different lengths
-        raise InputError(f"{name}: expected {_CLOUD}, but got rows of different lengths") from None
-    if array.ndim not in (2, 3) or array.shape[-1] != 3:
-        raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{_reshape(points, array)}")
-    if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either byte order
-        raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
-    return array
-
-
-def _reshape(points: Any, array: NDArray[Any]) -> str:
-    """Say how points are had from what came, where that is plain."""
-    if isinstance(points, (str, PathLike)):
-        return "; debulk.files.load_cloud() reads one"
-    if array.ndim in (2, 3) and array.shape[0] == 3:
-        return "; where x, y, z are its first axis, pass numpy.moveaxis(points, 0, -1)"
-    if array.ndim in (2, 3) and array.shape[-1] > 3:
-        return "; where x, y, z are its first columns, pass points[..., :3]"
-    return ""
-
-
-def _convert(array: NDArray[Any]) -> str:
-    """Say how numbers of another type are converted; empty if the array holds no numbers."""
-    return "; pass them as .astype(numpy.float32)" if array.dtype.kind in "fiu" else ""

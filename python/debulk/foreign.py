@@ -7,14 +7,17 @@ same memory where that can be.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from debulk import arrays
 from debulk._core import InputError
 
+_CLOUD = "an (H, W, 3) or (N, 3) array of points"
 _NAMES = (("x", "y", "z"), ("X", "Y", "Z"))
 _UNNAMED = ("f0", "f1", "f2")  # as RealSense's get_vertices() calls them
 _TRIPLES = ("xyz", "points", "position")
@@ -52,6 +55,42 @@ def plain(points: Any, name: str) -> Any:
         shown = " ".join(str(error).split())[:100]
         _fail(name, f"a {type(points).__name__} that NumPy cannot read ({shown})", "pass a NumPy array")
     return points
+
+
+def points_of(points: Any, name: str) -> NDArray[Any]:
+    """Return the points as an array of float32 or float64, (H, W, 3) or (N, 3), without a copy where that can be."""
+    points = plain(points, name)
+    if isinstance(points, np.ma.MaskedArray):  # masked points were not seen
+        if points.dtype.kind != "f":
+            raise InputError(
+                f"{name}: expected float32 or float64 coordinates, but got {points.dtype}{_convert(points)}"
+            )
+        points = points.filled(np.nan)
+    try:
+        array: NDArray[Any] = np.asarray(points)
+    except ValueError:  # lists of different lengths
+        raise InputError(f"{name}: expected {_CLOUD}, but got rows of different lengths") from None
+    if array.ndim not in (2, 3) or array.shape[-1] != 3:
+        raise InputError(f"{name}: expected {_CLOUD}, but got {arrays.came(points, array)}{_reshape(points, array)}")
+    if array.dtype.newbyteorder("=") not in (np.float32, np.float64):  # in either byte order
+        raise InputError(f"{name}: expected float32 or float64 coordinates, but got {array.dtype}{_convert(array)}")
+    return array
+
+
+def _reshape(points: Any, array: NDArray[Any]) -> str:
+    """Say how points are had from what came, where that is plain."""
+    if isinstance(points, (str, PathLike)):
+        return "; debulk.files.load_cloud() reads one"
+    if array.ndim in (2, 3) and array.shape[0] == 3:
+        return "; where x, y, z are its first axis, pass numpy.moveaxis(points, 0, -1)"
+    if array.ndim in (2, 3) and array.shape[-1] > 3:
+        return "; where x, y, z are its first columns, pass points[..., :3]"
+    return ""
+
+
+def _convert(array: NDArray[Any]) -> str:
+    """Say how numbers of another type are converted; empty if the array holds no numbers."""
+    return "; pass them as .astype(numpy.float32)" if array.dtype.kind in "fiu" else ""
 
 
 def coordinates(dtype: np.dtype[Any]) -> tuple[list[np.dtype[Any]], list[int]] | None:
@@ -122,4 +161,4 @@ def _of_message(message: Any, name: str) -> NDArray[Any]:
 
 
 def _fail(name: str, came: str, remedy: str) -> NoReturn:
-    raise InputError(f"{name}: expected an (H, W, 3) or (N, 3) array of points, but got {came}; {remedy}")
+    raise InputError(f"{name}: expected {_CLOUD}, but got {came}; {remedy}")

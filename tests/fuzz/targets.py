@@ -22,6 +22,7 @@ MOST_BYTES = 1 << 17
 
 TARGETS: dict[str, tuple[tuple[str, ...], Callable[[Path], Any]]] = {
     "cloud": (CLOUDS, files.load_cloud),
+    "heights": ((".csv", ".png", ".npy"), lambda path: files.load_heights(path, (10.0, -10.0))),
     "outline": ((".csv", ".dxf"), files.load_outline),
     "angles": ((".csv",), files.load_angles),
     "pose": ((".txt", ".npy", ".json"), files.load_pose),

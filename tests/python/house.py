@@ -171,6 +171,17 @@ def too_long(root: Path) -> list[str]:
     ]
 
 
+def bound_to_a_locale(root: Path) -> list[str]:
+    """Each use of a function that writes or reads numbers with a decimal comma once a program has set such a locale."""
+    bound = re.compile(r"\b(?:v?f?s?n?printf|s?scanf|strto(?:d|f|ld)|ato[fi]|sto(?:d|f|ld))\s*\(")
+    return [
+        f"{path.relative_to(root)}:{number}: {found[0]} follows the locale; use std::to_chars or std::from_chars"
+        for path in _cpp_files(root)
+        for number, line in enumerate(path.read_text().splitlines(), start=1)
+        if (found := bound.search(line))
+    ]
+
+
 # --- Python ---
 
 
@@ -302,7 +313,7 @@ def circles(root: Path) -> list[str]:
     return [f"a circle: {', '.join(group)}" for uses in (includes, imports) for group in _circles(uses)]
 
 
-CHECKS = (wrong_includes, wrong_links, wrong_imports, circles, too_long)
+CHECKS = (wrong_includes, wrong_links, wrong_imports, circles, too_long, bound_to_a_locale)
 
 
 # --- the picture ---

@@ -13,6 +13,7 @@ from house import (
     PYTHON_ABOVE,
     PYTHON_BELOW,
     PYTHON_ROOMS,
+    bound_to_a_locale,
     circles,
     modules_of,
     page_with,
@@ -131,6 +132,12 @@ FAULTS = [
     ),
     ("cpp/debulk/core/a.hpp", "\n" * 121, too_long, "cpp/debulk/core/a.hpp: 121 lines"),
     ("cpp/debulk/core/a.cpp", "\n" * 351, too_long, "cpp/debulk/core/a.cpp: 351 lines"),
+    (
+        "cpp/debulk/core/a.cpp",
+        "\nstd::snprintf(a, 9, b);\n",
+        bound_to_a_locale,
+        "a.cpp:2: snprintf( follows the locale",
+    ),
 ]
 
 

@@ -73,6 +73,7 @@ CALLS = {
     "mask": [
         (lambda: inspector(mask="mask.png"), "'mask.png'"),
         (lambda: inspector(mask=True), "got True"),
+        (lambda: inspector(mask=[[True], []]), "different lengths"),
         (lambda: inspector(mask=np.zeros((4, 5), int)), "int64"),
     ],
     "scan": [
@@ -107,6 +108,7 @@ CALLS = {
     ],
     "points": [
         (lambda: debulk.files.save_cloud("a.pcd", "points"), "'points'"),
+        (lambda: debulk.files.save_cloud("a.pcd", [[1.0, 2.0, 3.0], [1.0]]), "different lengths"),
         (lambda: debulk.cloud.remove_outliers(None), "got None"),
     ],
     "neighbours": [(lambda: debulk.cloud.remove_outliers(CLOUD, neighbours=4.5), "4.5")],
@@ -127,6 +129,7 @@ CALLS = {
     "obj": [(lambda: debulk.Recipe.model_validate(3), "got 3")],
     "json_data": [(lambda: debulk.Recipe.model_validate_json("{"), "JSON")],
     "seed": [(lambda: debulk.scenes.layup(seed="a"), "'a'")],
+    "scale_mm": [(lambda: debulk.files.load_heights("a.csv", (1, 1), scale_mm=0), "got 0")],
     "pixels": [
         (lambda: debulk.scenes.layup(pixels=640), "640"),
         (lambda: debulk.scanner.fringe_patterns(pixels="a"), "'a'"),

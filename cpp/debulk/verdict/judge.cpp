@@ -2,18 +2,18 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 #include "debulk/core/error.hpp"
 
 namespace debulk {
 namespace {
 
+// With a decimal point under every locale, unlike printf.
 std::string number(double value, int decimals) {
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  return text.data();
+  std::array<char, 400> text;  // the largest double has 309 digits
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr};
 }
 
 std::string percent(double share) {

@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
-from debulk.arguments import of_type, typed
+from debulk.arguments import typed
 from debulk.files import npy, pcd, ply, ptx, text
 from debulk.files.kinds import TEXT, check_kind, refuse_ending
 from debulk.files.packed import PACKED, unpacked
 from debulk.files.replacing import replacing
 from debulk.files.source import Points, Source, open_source
 from debulk.files.units import Unit, check_size, factor
+from debulk.foreign import points_of
+from debulk.origin import resolution_mm, shift_of
 
 log = logging.getLogger("debulk")
 _READERS: dict[str, Callable[[Source, float], Points]] = {
@@ -147,12 +149,13 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
         Name of the file, which ends in .npy, .npz, .ply, .pcd (all binary) or, for unorganised points, .xyz, .csv,
         .txt or .asc. An existing file is replaced only when the new one is complete.
     points
-        (H, W, 3) or (N, 3), mm. A single row (1, W, 3) is read back from .pcd as (W, 3).
+        (H, W, 3) or (N, 3), mm, as an inspector takes them. A single row (1, W, 3) is read back from .pcd as (W, 3).
 
     Raises
     ------
     InputError
-        If the ending or the shape is another, or the file cannot be written.
+        If the ending or the shape is another, the points are so far from the origin that float32 would round them, or
+        the file cannot be written.
 
     Examples
     --------
@@ -167,12 +170,17 @@ def save_cloud(path: str | PathLike[str], points: ArrayLike) -> None:
     True
     """
     path = Path(path)
-    values = np.asarray(points)
+    values = points_of(points, "points")
     if path.suffix.lower() not in _WRITERS:
         raise InputError(f"{path}: expected a file ending in {', '.join(_WRITERS)}")
-    if values.dtype.kind != "f" or values.ndim not in (2, 3) or values.shape[-1] != 3 or values.size == 0:
-        got = f"{values.dtype}, shape {values.shape}" if values.ndim else of_type(points)
-        raise InputError(f"points: expected (H, W, 3) or (N, 3) floats, but got {got}")
+    if values.size == 0:
+        raise InputError(f"points: expected at least one point, but got shape {values.shape}")
+    if values.dtype.itemsize == 8 and (shift := shift_of(values)) is not None:
+        step = resolution_mm(float(np.abs(shift).max()))
+        raise InputError(
+            f"points: expected points near the origin, but got some that float32 rounds by up to {step:.2g} mm; "
+            "subtract the same offset from all clouds, or numpy.save() them as float64"
+        )
     if values.ndim == 3 and path.suffix.lower() in TEXT:
         raise InputError(f"{path}: text has no rows of an image; give points.reshape(-1, 3), or another ending")
     with replacing(path) as temporary:

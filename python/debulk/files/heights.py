@@ -74,6 +74,8 @@ def load_heights(
     """
     path = Path(path)
     mm_per_unit = factor(unit)
+    if scale_mm is not None and not (scale_mm != 0 and math.isfinite(scale_mm)):
+        raise InputError(f"scale_mm: expected the height of one step in mm, which is not 0, but got {scale_mm:g}")
     said = None
     with open_source(path) as source:
         match path.suffix.lower():

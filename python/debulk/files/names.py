@@ -67,7 +67,7 @@ def unit_fault(said: Iterable[str], factor: float) -> tuple[str, str] | None:
 
 def _words(text: str, separator: str) -> list[str]:
     if separator == " ":
-        text = re.sub(r"\s+(?=[\[(])", "", text)  # x [mm] is one name
+        text = re.sub(r"(?<!\s)\s+(?=[\[(])", "", text)  # x [mm] is one name
     return [word.strip("\"' ") for word in split(text, separator)]
 
 

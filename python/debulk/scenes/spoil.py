@@ -34,7 +34,7 @@ class Spoiling:
         if self.noise_mm > 0:
             rng = np.random.Generator(np.random.SFC64([*self.seed, rows.start]))
             noise = rng.standard_normal(depth.shape, dtype=np.float32)
-            sigma = np.full(width, self.noise_mm)
+            sigma = np.full(width, float(self.noise_mm))
             sigma[: width // 3] *= LEFT_NOISE
             depth += noise * sigma / range_per_depth
         first, last = np.searchsorted(self.flying_index, [rows.start * width, rows.stop * width])

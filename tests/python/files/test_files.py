@@ -288,9 +288,19 @@ def test_what_is_no_file_is_refused(tmp_path):
     assert "expected a file" in error_of(files.load_cloud, tmp_path / "l.npy")
 
 
+def test_masked_points_and_tables_are_saved_as_they_are_meant(tmp_path):
+    points = cloud(7, 5)
+    hidden = np.ma.masked_array(np.nan_to_num(points, nan=77.0), np.isnan(points))
+    files.save_cloud(tmp_path / "a.ply", hidden)
+    assert same_bits(files.load_cloud(tmp_path / "a.ply"), points)
+
+
 def test_saving_refuses_what_loading_would(tmp_path):
     assert "(H, W, 3)" in error_of(files.save_cloud, tmp_path / "a.npy", np.zeros((3, 4)))
-    assert "(H, W, 3)" in error_of(files.save_cloud, tmp_path / "a.npy", [[1, 2, 3]])
+    assert "float32 or float64" in error_of(files.save_cloud, tmp_path / "a.npy", [[1, 2, 3]])
+    assert "(0, 3)" in error_of(files.save_cloud, tmp_path / "a.npy", TWO[:0])
+    far = TWO.astype(np.float64) + 5e9
+    assert "float32 rounds by up to 5.1e+02 mm" in error_of(files.save_cloud, tmp_path / "a.npy", far)
     assert "ending" in error_of(files.save_cloud, tmp_path / "a.las", TWO)
     assert "cannot be written" in error_of(files.save_cloud, tmp_path / "none" / "a.ply", TWO)
     assert list(tmp_path.iterdir()) == []

@@ -1,5 +1,7 @@
 """Text clouds of many writers: what each says, and what is refused because it may say something else."""
 
+import time
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -125,6 +127,12 @@ def test_whole_numbers_between_commas_need_names(tmp_path):
     np.testing.assert_array_equal(load(tmp_path, "x,y,z,i\n1,5,2,5\n30,5,40,5\n"), expected)
     np.testing.assert_array_equal(load(tmp_path, "1, 5, 2, 5\n30, 5, 40, 5\n"), expected)
     np.testing.assert_array_equal(load(tmp_path, "1,5,2,5\n30,5,40.0,5\n"), expected)  # one point says it all
+
+
+def test_a_long_line_of_blanks_takes_no_time(tmp_path):
+    began = time.process_time()
+    load(tmp_path, f"x{' ' * 60_000}y\n0,10,20\n30,40,50\n")
+    assert time.process_time() - began < 5  # 25 s where a regular expression starts again at each blank
 
 
 def rows_of(points, before):

@@ -43,7 +43,10 @@ def image_mask(value: ArrayLike | None) -> NDArray[np.bool_] | None:
         return None
     if isinstance(value, np.ma.MaskedArray):
         raise InputError("mask: expected a plain (H, W) array of bool, but got a masked array")
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise InputError("mask: expected an (H, W) array of bool, but got rows of different lengths") from None
     if array.ndim != 2 or array.dtype != np.bool_:
         got = f"{array.dtype}, shape {array.shape}" if array.ndim else of_type(value)
         raise InputError(f"mask: expected an (H, W) array of bool, but got {got}")
