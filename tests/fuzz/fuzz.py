@@ -45,6 +45,7 @@ def seeds(target: str) -> list[bytes]:
         return [b"\0" + gzip.decompress(path.read_bytes()) for path in sorted(old.glob(f"{target}*.json.gz"))]
     text = {
         "angles": "x,y,first,second\n0,0,0,90\n10,0,1,91\n0,10,2,92\n",
+        "heights": "Unit,mm\nY/X,0,10,20\n0,1.5,1.6,---\n10,1.4,1.5,1.7\n20,1.4,1.6,1.8\n",
         "outline": "x,y\n0,0\n100,0\n100,80\n0,80\n",
         "pose": "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
         "recipe": debulk.Recipe().to_toml(),

@@ -52,7 +52,7 @@ def load_cloud(path: str | PathLike[str], unit: Unit = "mm") -> NDArray[np.float
     path
         A .npy, .npz, .ply, .pcd, .ptx, .xyz, .csv, .txt, .pts or .asc file, or one of these packed by gzip (.pcd.gz and
         so on). A PCD may be binary, compressed or text. A PLY may be binary, of either byte order, or text; its shape
-        may come from a range_grid, from num_cols and num_rows, or from PCL's camera. Both may have their fields in any
+        may come from a range_grid, num_cols and num_rows, PCL's camera or a comment. Both may have their fields in any
         order, more fields than x, y, z, capital letters, and numbers of any type. Arrays are float32 or float64, of
         either byte order, by rows or by columns: (H, W, 3) or (N, 3), or with four values per point, of which the first
         three are taken, or (3, N) or (3, H, W); or arrays of records with fields x, y, z. A .npz holds a single array,

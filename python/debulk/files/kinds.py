@@ -64,6 +64,7 @@ _BY_ENDING = {  # of kinds that their first bytes do not tell
         "write it by write_object_model_3d (ObjectModel3D, 'ply_binary', 'scan.ply', [], []), and load it in metres "
         '(unit="m", --unit m)',
     ),
+    ".praw": ("a frame of Photoneo", "save it as .ply in PhoXi Control"),
     ".zdf": ("a frame of Zivid", "save it as .pcd or .ply in Zivid Studio"), ".mat": ("MATLAB data", _MATLAB),
     ".svo": ("a recording of ZED", _EXPORT), ".svo2": ("a recording of ZED", _EXPORT),
 }  # fmt: skip

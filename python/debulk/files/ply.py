@@ -4,13 +4,16 @@ An organised cloud states its shape in one of these ways, which are tried in thi
 
 * an element ``range_grid``, as Stanford, PCL and MVE write it: for each cell of the image a list with the number of the
   vertex that was seen there, or an empty list; the image's size is in ``obj_info num_cols`` and ``obj_info num_rows``;
-* ``comment debulk organised W H``, or ``obj_info num_cols W`` and ``obj_info num_rows H`` with more than one row;
-* an element ``camera`` whose ``viewportx`` times ``viewporty`` is the number of vertices, as PCL writes it. A camera's
-  image of another size belongs to a picture and not to the points; the points are then read as unorganised.
+* ``comment debulk organised W H``, which must fit the number of vertices;
+* ``obj_info num_cols W`` and ``obj_info num_rows H``, as of Zivid; the ``viewportx`` and ``viewporty`` of an element
+  ``camera``, as PCL writes it; or a width and a height in any comment or ``obj_info``, as of Photoneo (``Width = W;
+  Height = H``). A size that is not the number of vertices belongs to a picture, or points that were not seen have been
+  left out: the points are then read as unorganised.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,6 +34,7 @@ _FORMATS = ("binary_little_endian", "binary_big_endian", "ascii")
 _ORIGIN = ("view_px", "view_py", "view_pz")
 _AXES = tuple(f"{of}_axis{along}" for of in "xyz" for along in "xyz")
 _VIEWPORT = ("viewportx", "viewporty")
+_SIDE = re.compile(r"\b(width|height)\b\W{0,4}(\d{1,9})\b", re.IGNORECASE)
 
 
 @dataclass
@@ -41,6 +45,7 @@ class _Header:
     height: int = 0
     shape_offset: int = 0
     by_comment: bool = False
+    sides: dict[str, int] = field(default_factory=dict)  # width and height as a comment names them
     end: int = 0
 
 
@@ -107,23 +112,25 @@ def _shaped(source: Source, header: _Header, vertex: Element, read: _Read) -> Po
         if not rows or not columns:
             return points.noted("its range_grid has no num_cols and num_rows: the points are read as unorganised")
         return _on_grid(source, header, points, read.grid)
-    if columns and (header.by_comment or rows != 1):
-        if not rows or columns * rows != vertex.count:
-            source.fail(
-                header.shape_offset,
-                f"organised as {columns} x {rows}, but there are {vertex.count} points",
-                "mend or remove the line",
-            )
-        return points.organised(rows, columns)
-    wide, high = ((read.camera or {}).get(name, 0.0) for name in _VIEWPORT)
-    if wide * high == vertex.count and high > 1 and high.is_integer() and wide.is_integer():
-        return points.organised(int(high), int(wide))
-    if wide > 0 and high > 0 and wide * high != vertex.count:
-        return points.noted(
-            f"its camera has an image of {wide:g} x {high:g} pixels, which {vertex.count} points do not fill: "
-            "they are read as unorganised"
+    if header.by_comment and columns * rows != vertex.count:
+        source.fail(
+            header.shape_offset,
+            f"organised as {columns} x {rows}, but there are {vertex.count} points",
+            "mend or remove the line",
         )
-    return points
+    viewport = tuple((read.camera or {}).get(name, 0.0) for name in _VIEWPORT)
+    named = tuple(header.sides.get(side, 0) for side in ("width", "height"))
+    images = [(wide, high) for wide, high in ((columns, rows), viewport, named) if high > 1]
+    for wide, high in images:
+        if wide * high == vertex.count and float(wide).is_integer() and float(high).is_integer():
+            return points.organised(int(high), int(wide))
+    if not images:
+        return points
+    wide, high = images[0]
+    return points.noted(
+        f"it names an image of {wide:g} x {high:g} pixels, which {vertex.count} points do not fill: they are read as "
+        "unorganised"
+    )
 
 
 def _on_grid(source: Source, header: _Header, points: Points, grid: NDArray[np.float64]) -> Points:
@@ -181,7 +188,7 @@ def _read_header(source: Source) -> _Header:
                 setattr(header, "width" if key == "num_cols" else "height", length)
                 header.shape_offset = offset
             case ["comment" | "obj_info", *_] | []:
-                pass
+                header.sides |= {side.lower(): int(number) for side, number in _SIDE.findall(line)}
             case ["element", name, number]:
                 count = whole_number(source, offset, number, f"element {name[:40]}")
                 header.elements.append(Element(name, count, offset))

@@ -117,9 +117,19 @@ def test_ply_big_endian_text_and_windows_lines(tmp_path):
 
 def test_ply_organised_by_obj_info_or_comment(tmp_path):
     body = np.arange(18, dtype="<f4").tobytes()
-    for shape in ("obj_info num_cols 3\nobj_info num_rows 2\n", "comment debulk organised 3 2\n"):
-        (tmp_path / "a.ply").write_bytes(ply(f"{LE}{shape}element vertex 6\n{XYZ}", body))
+    sizes = [
+        "obj_info num_cols 3\nobj_info num_rows 2\n", "comment debulk organised 3 2\n", "comment height: 2, width: 3\n",
+        "obj_info Photoneo PLY PointCloud (Width = 3; Height = 2; Ordered)\n", "obj_info width 3\nobj_info height 2\n",
+    ]  # fmt: skip
+    for size in sizes:
+        (tmp_path / "a.ply").write_bytes(ply(f"{LE}{size}element vertex 6\n{XYZ}", body))
         np.testing.assert_array_equal(files.load_cloud(tmp_path / "a.ply"), np.arange(18).reshape(2, 3, 3))
+        (tmp_path / "a.ply").write_bytes(ply(f"{LE}{size}element vertex 5\n{XYZ}", body[:60]))
+        if "debulk" in size:
+            assert "organised as 3 x 2" in error_of(files.load_cloud, tmp_path / "a.ply")
+            continue
+        with pytest.warns(files.CloudWarning, match="3 x 2 pixels, which 5 points do not fill"):
+            assert files.load_cloud(tmp_path / "a.ply").shape == (5, 3)
 
 
 def test_pcd_padded_text_and_double(tmp_path):
@@ -180,7 +190,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path, kind):
         ("a.ply", ply(f"format ascii 1.0\nelement vertex 2\n{XYZ}", b"1 2 3\n4 5 6\n7 8 9\n"), ["2 lines", "found 3"]),
         ("a.ply", ply(f"format ascii 1.0\nelement vertex 2\n{XYZ}", b"1 2 3 4 5 6 7 8 9\n"), ["2 lines", "found 1"]),
         ("a.ply", ply(f"element vertex 2\n{XYZ}", TWO.tobytes()), ["no line 'format'"]),
-        ("a.ply", ply(f"{LE}obj_info num_cols 2\nelement vertex 2\n{XYZ}", TWO.tobytes()), ["2 x 0"]),
+        ("a.ply", ply(f"{LE}comment debulk organised 2 0\nelement vertex 2\n{XYZ}", TWO.tobytes()), ["2 x 0"]),
         ("a.pcd", pcd(TWO.tobytes(), WIDTH="3"), ["POINTS is not WIDTH x HEIGHT = 3"]),
         ("a.pcd", pcd(TWO.tobytes(), WIDTH="999999999", HEIGHT="999999999", POINTS=None), ["the file ends"]),
         ("a.pcd", pcd(TWO.tobytes(), WIDTH="0", POINTS="0"), ["no points"]),
