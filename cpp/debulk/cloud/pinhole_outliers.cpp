@@ -9,10 +9,12 @@
 namespace debulk {
 namespace {
 
-constexpr double band = 0.05;         // points so near to the guessed threshold (relative to it) wait for the final one
-constexpr double rounding_px = 1e-3;  // float coordinates against exact rays
-constexpr double most_open = 0.10;    // share of open points; a cloud with more is no sheet
-constexpr long fewest = 1000;         // points that a cloud must have
+constexpr double band = 0.05;                    // points so near to the guessed threshold (relative to it) wait for the final one
+constexpr double wide_low = 0.9, wide_high = 4;  // the same without a guess, relative to the least threshold
+constexpr long sampled = 16;                     // of so many bands one is sampled for that
+constexpr double rounding_px = 1e-3;             // float coordinates against exact rays
+constexpr double most_open = 0.10;               // share of open points; a cloud with more is no sheet
+constexpr long fewest = 1000;                    // points that a cloud must have
 
 }  // namespace
 
@@ -35,6 +37,18 @@ bool PinholeOutliers::pass(WindowPass& window, double& tolerance_px, int threads
   }
 }
 
+// The threshold if all distances were equal, from some of the bands.
+double PinholeOutliers::least_threshold(WindowPass& window, const OutlierOptions& options, int threads, const Stop& stop) {
+  window.tolerance = tolerance + rounding_px;
+  parallel_for(static_cast<long>(bands_.size()), sampled, threads, stop,
+               [&](long begin, long) { window_pass(window, static_cast<int>(begin), bands_[static_cast<std::size_t>(begin)]); });
+  double sum = 0;
+  long certain = 0;
+  for (std::size_t at = 0; at < bands_.size(); at += static_cast<std::size_t>(sampled))
+    sum += bands_[at].sum, certain += bands_[at].certain;
+  return certain > 0 ? std::max(1.0, options.least_ratio) * sum / static_cast<double>(certain) : 0;
+}
+
 bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const OutlierOptions& options, const RayBase* base, int threads,
                           const Stop& stop) {
   options.check();
@@ -50,6 +64,10 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
   double tolerance_px = tolerance;
   for (int round = 0;; ++round) {
     window.low = guess * (1 - band), window.high = guess * (1 + band);
+    if (guess == 0 && !base) {  // the tiles' mean heights take a narrow band
+      const double least = least_threshold(window, options, threads, stop);
+      window.low = wide_low * least, window.high = wide_high * least;
+    }
     if (!pass(window, tolerance_px, threads, stop)) return false;
     if (round == 0) {
       search_.prepare(window, bands_, threads);

@@ -43,6 +43,7 @@ class PinholeOutliers {
   const Outliers& summary() const { return summary_; }  // all but `keep`, which stays empty
 
  private:
+  double least_threshold(WindowPass& window, const OutlierOptions& options, int threads, const Stop& stop);
   bool pass(WindowPass& window, double& tolerance_px, int threads, const Stop& stop);
 
   std::vector<std::uint8_t> states_;

@@ -4,6 +4,19 @@
 
 namespace debulk {
 
+DEBULK_WIDE void rows_together(const float* const* rows, int count, double* columns, double* known, int* missing) {
+  int before[kTogether] = {};
+  for (int i = 0; i < count; ++i)
+    for (int k = 0; k < kTogether; ++k) {
+      const float z = rows[k][i];
+      const bool is = z == z;
+      columns[i * kTogether + k] = is ? z : 0.0, known[i * kTogether + k] = is ? 1.0 : 0.0;
+      missing[i * kTogether + k] = before[k];
+      before[k] += is ? 0 : 1;
+    }
+  for (int k = 0; k < kTogether; ++k) missing[count * kTogether + k] = before[k];
+}
+
 DEBULK_WIDE void row_sums(const double* columns, int reach, const double* weights, double* out) {
   double even[kTogether], odd[kTogether], second[kTogether], squares[kTogether];
   for (int k = 0; k < kTogether; ++k) {

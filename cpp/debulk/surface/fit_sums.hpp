@@ -8,6 +8,10 @@ namespace debulk {
 constexpr int kTogether = 8;
 constexpr std::size_t kSums = 4, kSquareSums = 7, kWeights = 5, kSquareWeights = 15;
 
+// Puts kTogether rows of `count` heights, which begin at these places, side by side: the heights, 0 for a missing one;
+// 1 where a height is known, else 0; and how many are missing before each column, and in all.
+void rows_together(const float* const* rows, int count, double* columns, double* known, int* missing);
+
 // For kTogether rows whose heights z stand side by side, with `columns` at the middle of a window: the sums of w z,
 // w x z, w x² z and w z² over 2 reach + 1 columns. weights: w, w x and w x² at the middle and to the right of it. The
 // weights are even, so that the heights to the left and right are taken in pairs.

@@ -11,6 +11,7 @@
 #include "debulk/cloud/pitch.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/pool.hpp"
 #include "debulk/core/simd.hpp"
 #include "debulk/core/wide.hpp"
 #include "debulk/surface/gridding_unorganised.hpp"
@@ -113,7 +114,14 @@ struct Triangles {
   std::array<Edge, 3> edges;
   Each<double> u, v, z, along_u, along_v, lowest, highest;  // a corner, and the plane through it
   Each<int> from, end;                                      // lines of the fine grid
-  Each<double> left, right;                                 // columns on one of them
+  // On one of these lines: the columns, and the height in the first.
+  Each<double> left, right;
+  Each<float> height;
+
+  DEBULK_INLINE float height_at(std::size_t k, double column, double line) const {
+    const double plane = z[k] + along_u[k] * (column - u[k]) + along_v[k] * (line - v[k]);
+    return static_cast<float>(plane < lowest[k] ? lowest[k] : highest[k] < plane ? highest[k] : plane);
+  }
 };
 
 template <bool upper>
@@ -166,7 +174,8 @@ DEBULK_WIDE int prepare_lower(const Corners& corners, std::size_t top, double lo
   return prepare<false>(corners, top, longest_squared, first, last, out);
 }
 
-// Sets the columns of each triangle on its n-th line.
+// Sets the columns of each triangle on its n-th line, and the height in the first. There are no columns on a line that is
+// not drawn.
 DEBULK_WIDE void cross(Triangles& t, int n, double last_column) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < tile_side; ++k) {
@@ -178,7 +187,9 @@ DEBULK_WIDE void cross(Triangles& t, int n, double last_column) {
       const double one = rises ? at : e.u[k], other = rises ? at : e.to_u[k];
       left = met ? lower(left, lower(one, other)) : left, right = met ? higher(right, higher(one, other)) : right;
     }
-    t.left[k] = higher(0.0, std::ceil(left)), t.right[k] = lower(last_column, std::floor(right));
+    const double first = higher(0.0, std::ceil(left)), last = lower(last_column, std::floor(right));
+    t.left[k] = first, t.right[k] = line < t.end[k] ? last : -infinity;
+    t.height[k] = t.height_at(k, first, line);
   }
 }
 
@@ -192,21 +203,28 @@ DEBULK_WIDE void widen(const float* __restrict coordinates, int count, float* __
 
 // One band of fine lines [first, last), with the highest z so far.
 struct Band {
-  int first, last, columns;
+  int first = 0, last = 0, columns = 0;
   std::vector<float> z;
+  Corners corners;
+  Triangles triangles;
 
-  void draw(Triangles& t, int most) {
+  void begin(int from, int to, int wide) {
+    first = from, last = to, columns = wide;
+    z.assign(static_cast<std::size_t>(last - first) * static_cast<std::size_t>(columns), nothing);
+  }
+  void draw(int most) {
+    const Triangles& t = triangles;
     for (int n = 0; n < most; ++n) {
-      cross(t, n, columns - 1.0);
-      for (std::size_t k = 0; k < tile_side; ++k) {
+      cross(triangles, n, columns - 1.0);
+      std::array<std::size_t, tile_side> drawn;
+      std::size_t count = 0;
+      for (std::size_t k = 0; k < tile_side; ++k) drawn[count] = k, count += t.left[k] <= t.right[k] ? 1 : 0;
+      for (std::size_t c = 0; c < count; ++c) {
+        const std::size_t k = drawn[c];
         const int line = t.from[k] + n;
-        if (line >= t.end[k]) continue;
-        float* row = &z[static_cast<std::size_t>(line - first) * static_cast<std::size_t>(columns)];
-        for (double u = t.left[k]; u <= t.right[k]; u += 1) {
-          const double height = t.z[k] + t.along_u[k] * (u - t.u[k]) + t.along_v[k] * (line - t.v[k]);
-          float& out = row[static_cast<int>(u)];
-          out = std::max(out, static_cast<float>(std::clamp(height, t.lowest[k], t.highest[k])));
-        }
+        float* out = &z[static_cast<std::size_t>(line - first) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(t.left[k])];
+        *out = std::max(*out, t.height[k]);
+        for (double u = t.left[k] + 1; u <= t.right[k]; u += 1) ++out, *out = std::max(*out, t.height_at(k, u, line));
       }
     }
   }
@@ -221,13 +239,11 @@ class OrganisedGridding {
     find_tiles();
     const int least = std::max(1, band_lines / fine_.times), rows = std::clamp(grid_.ny / enough_bands, least, 3 * least);
     parallel_for(grid_.ny, rows, threads_, stop_, [&](long begin, long end) {
-      Band band{static_cast<int>(begin) * fine_.times, static_cast<int>(end) * fine_.times, fine_.columns(), {}};
-      band.z.assign(static_cast<std::size_t>(band.last - band.first) * band.columns, nothing);
-      const auto corners = std::make_unique<Corners>();
-      const auto triangles = std::make_unique<Triangles>();
+      const std::shared_ptr<Band> band = bands_.borrow();
+      band->begin(static_cast<int>(begin) * fine_.times, static_cast<int>(end) * fine_.times, fine_.columns());
       for (const Tile& tile : tiles_)
-        if (tile.low <= band.last - 1 && tile.high >= band.first) draw(tile, *corners, *triangles, band);
-      average(band, static_cast<int>(begin), static_cast<int>(end));
+        if (tile.low <= band->last - 1 && tile.high >= band->first) draw(tile, *band);
+      average(*band, static_cast<int>(begin), static_cast<int>(end));
     });
   }
 
@@ -255,14 +271,14 @@ class OrganisedGridding {
     });
   }
 
-  void draw(const Tile& tile, Corners& corners, Triangles& triangles, Band& band) const {
-    corners.read(cloud_, tile.column, tile.row, longest_squared_);
-    place(corners, grid_.origin.x(), grid_.origin.y(), grid_.spacing, fine_.times);
+  void draw(const Tile& tile, Band& band) const {
+    band.corners.read(cloud_, tile.column, tile.row, longest_squared_);
+    place(band.corners, grid_.origin.x(), grid_.origin.y(), grid_.spacing, fine_.times);
     for (int j = 0; j < tile_side; ++j) {
       if (stop_.now()) throw Stopped("the height map was stopped");  // pixels in disorder make triangles as large as the map
       const auto top = static_cast<std::size_t>(j) * Corners::side;
       for (const auto& prepared : {prepare_upper, prepare_lower})
-        band.draw(triangles, prepared(corners, top, longest_squared_, band.first, band.last, triangles));
+        band.draw(prepared(band.corners, top, longest_squared_, band.first, band.last, band.triangles));
     }
   }
 
@@ -296,6 +312,7 @@ class OrganisedGridding {
   int threads_;
   Stop stop_;
   std::vector<Tile> tiles_;
+  Pool<Band> bands_;  // fresh pages for each would take a while
 };
 
 }  // namespace

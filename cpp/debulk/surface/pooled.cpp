@@ -46,12 +46,14 @@ Grid<float> pooled_medians(const Grid<float>& values, int side, int threads, con
       std::fill(row.begin(), row.end(), std::numeric_limits<float>::infinity());
       counts.assign(static_cast<std::size_t>(out.nx), 0);
       for (int y = j * side; y < std::min(values.ny, (j + 1) * side); ++y)
-        for (int x = 0; x < values.nx; ++x) {
-          const float value = values.at(x, y);
-          if (std::isnan(value)) continue;
-          counts[static_cast<std::size_t>(x / side)] += 1;
-          row[static_cast<std::size_t>((y - j * side) * side + x % side) * static_cast<std::size_t>(out.nx) +
-              static_cast<std::size_t>(x / side)] = value;
+        for (int n = 0; n < side; ++n) {
+          float* to = &row[static_cast<std::size_t>((y - j * side) * side + n) * static_cast<std::size_t>(out.nx)];
+          for (int x = n, i = 0; x < values.nx; x += side, ++i) {
+            const float value = values.at(x, y);
+            if (std::isnan(value)) continue;
+            counts[static_cast<std::size_t>(i)] += 1;
+            to[i] = value;
+          }
         }
       lowest_first(row.data(), each, out.nx);
       for (int i = 0; i < out.nx; ++i) {

@@ -80,15 +80,12 @@ void RowMoments::read_rows(int begin, int end) {
       for (int k = 0; k < kTogether; ++k) asked.push_back(i + k);
   if (asked.empty()) return;
   const int nx = heights_.nx, reach = window_.reach;
-  std::vector<double> columns(static_cast<std::size_t>(nx) * kTogether, 0.0), known(columns.size(), 0.0);
-  std::vector<int> missing(static_cast<std::size_t>(nx + 1) * kTogether, 0);  // number before each column
-  for (int j = begin; j < end; ++j)
-    for (int i = 0; i < nx; ++i) {
-      const float z = heights_.at(i, j);
-      const std::size_t place = static_cast<std::size_t>(i) * kTogether + static_cast<std::size_t>(j - begin);
-      if (!std::isnan(z)) columns[place] = z, known[place] = 1;
-      missing[place + kTogether] = missing[place] + std::isnan(z);
-    }
+  const std::size_t size = static_cast<std::size_t>(nx) * kTogether;
+  const std::unique_ptr<double[]> columns(new double[size]), known(new double[size]);
+  std::vector<int> missing(size + kTogether);
+  const float* rows[kTogether];
+  for (int k = 0; k < kTogether; ++k) rows[k] = &heights_.at(0, std::min(begin + k, end - 1));
+  rows_together(rows, nx, columns.get(), known.get(), missing.data());
   for (const int i : asked) {
     const int middle = nodes_.first_i + i * nodes_.step;
     const int first = std::max(0, middle - reach), last = std::min(nx - 1, middle + reach);

@@ -10,6 +10,7 @@ Where the ply stands off it, too, it may be one pocket of which the reference ho
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -150,11 +151,16 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     """Return means over cells of about this size; NaN where less than half was seen."""
     step = max(1, round(cell_mm / float(seen.spacing_mm)))
     ny, nx = (n // step for n in seen.values.shape[:2])
-    parts = seen.values[: ny * step, : nx * step].astype(np.float64).reshape(ny, step, nx, step)
-    known = np.isfinite(parts)
-    count = known.sum(axis=(1, 3))
-    np.copyto(parts, 0.0, where=~known)
-    total = parts.sum(axis=(1, 3))
+    part = seen.values[: ny * step, : nx * step]
+    known = np.isfinite(part)
+
+    def summed(of: NDArray[Any], kind: type) -> NDArray[Any]:
+        rows: NDArray[Any] = of[:, ::step].astype(kind)  # NumPy's sum over both axes at once takes longer
+        for k in range(1, step):
+            rows += of[:, k::step]
+        return np.asarray(rows.reshape(ny, step, nx).sum(axis=1))
+
+    count, total = summed(known, np.int64), summed(np.where(known, part, 0), np.float64)
     known = 2 * count >= step**2
     mean = np.where(known, total / np.maximum(count, 1), np.nan)
     level = float(np.median(mean[known])) if known.any() else 0.0
@@ -210,6 +216,8 @@ def _above_lines(
     neighbours predict their places: on a mold that is straight in one direction, as a spar is, such lines are calm.
     """
     ny, nx = heights.shape
+    far = reach + max(max(way) for way in _EIGHT)  # rounding lengthens a line by half of a way
+    padded = np.pad(heights, far, constant_values=np.nan)
     best, calmest = np.zeros((ny, nx), np.float32), np.full((ny, nx), np.inf, np.float32)
     ways = np.zeros((ny, nx), np.int64)
     for number, (right, down) in enumerate(_WAYS):
@@ -219,8 +227,9 @@ def _above_lines(
         above = heights.copy()
         for k, weight in zip(steps, weights, strict=True):
             for sign in (-k, k):
-                above -= np.float32(weight / 2) * _moved(heights, sign * right, sign * down)
-        rows, columns = np.nonzero(above > _LEAST_MM)  # no NaN is
+                i, j = far + sign * down, far + sign * right
+                above -= np.float32(weight / 2) * padded[i : i + ny, j : j + nx]
+        rows, columns = np.divmod(np.flatnonzero(above > _LEAST_MM), nx)  # no NaN is
         beside = []
         for k in cells * np.outer((-1, 1), np.linspace(1, _OUTER, 5)).ravel() / long:
             i, j = np.rint(rows + k * right).astype(int), np.rint(columns - k * down).astype(int)
@@ -231,17 +240,6 @@ def _above_lines(
         at = rows[calm], columns[calm]
         best[at], calmest[at], ways[at] = above[at], off[calm], number
     return best, ways
-
-
-def _moved(heights: NDArray[np.float32], right: int, down: int) -> NDArray[np.float32]:
-    """Return what lies so many columns to the right and rows down of each place; NaN beyond the border."""
-    ny, nx = heights.shape
-    out = np.full_like(heights, np.nan)
-    if abs(down) < ny and abs(right) < nx:
-        out[max(0, -down) : ny - max(0, down), max(0, -right) : nx - max(0, right)] = heights[
-            max(0, down) : ny - max(0, -down), max(0, right) : nx - max(0, -right)
-        ]
-    return out
 
 
 def _surface(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
