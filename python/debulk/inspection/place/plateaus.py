@@ -15,6 +15,7 @@ import numpy as np
 from debulk import _core
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.running.cycle import heed
@@ -112,15 +113,11 @@ def find(
         marks = off & (sign * rise > 0)
         if np.count_nonzero(marks) * cell**2 < least_mm2:
             continue
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(marks.astype(np.uint8), connectivity=4)
-        large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= least_mm2) + 1
-        for label in large:
+        places = pieces_of(marks, 4)
+        for number in places.of_size(least_mm2 / cell**2):
             heed(stop, "the search for plateaus")
-            left, top, wide, high = (int(stats[label, k]) for k in range(4))
-            around = round(LIMITS.reach_mm[0] / cell) + 1
-            rows = slice(max(0, top - around), top + high + around)
-            columns = slice(max(0, left - around), left + wide + around)
-            own, seen = labels[rows, columns] == label, on[rows, columns]
+            rows, columns = places.window(number, round(LIMITS.reach_mm[0] / cell) + 1)
+            own, seen = places.labels[rows, columns] == number, on[rows, columns]
             origin = heights.origin_mm + cell * np.array([columns.start, rows.start])
             for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, seen, cell, least_mm2):
                 if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
@@ -150,10 +147,9 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
     ground: Floats = np.asarray(cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells), dtype=np.float64)
-    even = (own & (uneven < LIMITS.flat_share * rise)).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(even, connectivity=4)
-    for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * cell**2 >= LIMITS.least_even_share * least_mm2) + 1:
-        part = own & _near(labels == label, 1)
+    even = pieces_of(own & (uneven < LIMITS.flat_share * rise), 4)
+    for number in even.of_size(LIMITS.least_even_share * least_mm2 / cell**2):
+        part = own & _near(even.labels == number, 1)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
             yield part, _height(rise, part, known, cell, ground, LIMITS.step_share)
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Floats, Whole
 from debulk.grid import Grid
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import STRETCH_MM, Outline
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -237,11 +237,10 @@ def _pieces(up: Bools, off: Floats, kind: Kind, least: float) -> list[tuple[Whol
         return []
     # The outline is closed: its first half is repeated behind its last place, so that pieces at the seam are whole.
     number = len(marks)
-    around = np.concatenate([marks, marks[: number // 2]]).astype(np.uint8)
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(around, connectivity=4)
+    pieces = pieces_of(np.concatenate([marks, marks[: number // 2]]), 4)
     out = []
-    for label in np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= least) + 1:
-        row, column = np.nonzero(labels == label)
+    for piece in pieces.of_size(least):
+        row, column = np.nonzero(pieces.labels == piece)
         begins = off[column].min()
         if begins > (0.0 if kind.crosses else LIMITS.begins_mm):
             continue

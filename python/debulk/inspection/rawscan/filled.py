@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.inspection.evidence.cloud_image import CloudImage, laid_out
 from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, sample_of
 from debulk.inspection.evidence.smooth_patches import (
@@ -183,11 +184,10 @@ class FilledSearch:
         quiet, unknown = quiet_pixels(image.heights[..., 2], image.step_mm)
         own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * LIMITS.rim_pixels + 1,) * 2, np.uint8))
         own[~np.isfinite(image.heights[..., 2])] = 0
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=4)
-        large = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] * image.pitch_mm**2 >= self._least_mm2) + 1
+        pieces = pieces_of(own.view(np.bool_), 4)
         patches = []
-        for label in large:
-            held = image.heights[labels == label]
+        for number in pieces.of_size(self._least_mm2 / image.pitch_mm**2):
+            held = image.heights[pieces.labels == number]
             held = held[self._laid_on_ply(held)]
             if len(held):
                 x, y, _ = held.mean(axis=0, dtype=np.float64).tolist()

@@ -13,15 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.arrays import Bools, Cloud, Floats
+from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import heed
@@ -138,7 +138,7 @@ class NarrowSearch:
                 points[mask[part][::down, ::right]] = np.nan
             heed(stop, _SEARCH)
             height = self._above(points)
-            height[self._at(points, self._outside) & (height < 0.5 * self._thickness_mm)] = np.nan  # the bare mold
+            height.reshape(-1)[self._bare(points, height)] = np.nan
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
             heed(stop, _SEARCH)
@@ -181,20 +181,26 @@ class NarrowSearch:
 
     def _above(self, points: Cloud) -> NDArray[np.float32]:
         """Return the heights (H, W) of points above the reference; NaN off the ply and where nothing was seen."""
-        return np.asarray(points[..., 2] - self._at(points, self._ground), dtype=np.float32)
-
-    def _at(self, points: Cloud, of: NDArray[Any]) -> NDArray[Any]:
-        """Return the values at points of an image on the reference's grid: between its heights, or of its marks."""
-        column, row = ((points[..., k] - np.float32(self._first_mm[k])) / np.float32(self._spacing_mm) for k in (0, 1))
+        column, row = self._cells(points)
         off = ~(np.isfinite(column) & np.isfinite(row))
         column[off] = row[off] = -_FEWEST_PIXELS
-        border = cv2.BORDER_CONSTANT
-        if of.dtype == np.float32:
-            return cv2.remap(of, column, row, cv2.INTER_LINEAR, borderMode=border, borderValue=math.nan)
-        return np.asarray(cv2.remap(of, column, row, cv2.INTER_NEAREST, borderMode=border), dtype=np.bool_)
+        edge = cv2.BORDER_CONSTANT
+        ground = cv2.remap(self._ground, column, row, cv2.INTER_LINEAR, borderMode=edge, borderValue=math.nan)
+        return np.asarray(points[..., 2] - ground, dtype=np.float32)
+
+    def _bare(self, points: Cloud, height: NDArray[np.float32]) -> Whole:
+        """Return the indices, row by row, of the points outside the outline that are lower than a ply: bare mold."""
+        low = np.flatnonzero(height < 0.5 * self._thickness_mm)
+        column, row = (np.rint(at).astype(np.int64) for at in self._cells(points.reshape(-1, 3)[low]))
+        return low[self._outside[row, column]]
+
+    def _cells(self, points: Cloud) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the columns and rows of points on the reference's grid, between whole numbers."""
+        x, y = ((points[..., k] - np.float32(self._first_mm[k])) / np.float32(self._spacing_mm) for k in (0, 1))
+        return x, y
 
 
-def _ground(setup: Setup) -> tuple[NDArray[np.float32], NDArray[np.uint8], Floats, float]:
+def _ground(setup: Setup) -> tuple[NDArray[np.float32], Bools, Floats, float]:
     """Return the reference's heights on the grid of `seen`, NaN where not known or far off the ply, and what is off it.
 
     An outline that is some millimetres short may leave the top of a place out, so that its surroundings count as well.
@@ -216,8 +222,8 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], NDArray[np.uint8], Float
     inside = np.zeros(between.shape, np.uint8)
     cv2.fillPoly(inside, [outline - low], 1)
     near = cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1)))
-    ground, outside = np.full((ny, nx), np.nan, np.float32), np.ones((ny, nx), np.uint8)
-    outside[rows, columns] -= inside
+    ground, outside = np.full((ny, nx), np.nan, np.float32), np.ones((ny, nx), np.bool_)
+    outside[rows, columns] = inside == 0
     np.copyto(ground[rows, columns], between, where=(near > 0) & np.isfinite(seen.values[rows, columns]))
     return ground, outside, np.asarray(seen.origin_mm, dtype=np.float64), float(seen.spacing_mm)
 
@@ -225,13 +231,11 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], NDArray[np.uint8], Float
 def _opened(height: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Return the opening of an image of heights; single samples that lie deep are closed first. NaN: not known."""
     side = max(3, 2 * round(window / 2) + 1)
-    wide, small = (cv2.getStructuringElement(cv2.MORPH_RECT, (n, n)) for n in (side, 3))
     unknown = ~(np.abs(height) < 0.5 * _FAR_MM)
     out = height.copy()
-    for step, shapes in ((cv2.dilate, [small]), (cv2.erode, [small, wide]), (cv2.dilate, [wide])):
+    for step, wide in ((cv2.dilate, 3), (cv2.erode, 3 + side - 1), (cv2.dilate, side)):
         out[unknown] = -_FAR_MM if step is cv2.dilate else _FAR_MM  # what is not known takes no part
-        for shape in shapes:
-            step(out, shape, dst=out)
+        step(out, cv2.getStructuringElement(cv2.MORPH_RECT, (wide, wide)), dst=out)
         unknown = np.abs(out) > 0.5 * _FAR_MM
     out[unknown] = np.nan
     return out
@@ -241,16 +245,15 @@ def _groups(stands: Bools, long: float) -> Iterator[tuple[tuple[slice, slice], B
     """Yield the window of each group of samples that is solid or as long as a wrinkle, and which are its own."""
     # A crest may lie between samples, so that what lies between two that stand out joins them.
     joined = cv2.morphologyEx(stands.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(joined, connectivity=8)
+    pieces = pieces_of(joined.view(np.bool_), 8)
+    labels, count = pieces.labels, len(pieces.sizes)
     number = np.bincount(labels[stands], minlength=count)
     pairs = stands[:-1] & stands[1:]
     blocks = np.bincount(labels[:-1, :-1][pairs[:, :-1] & pairs[:, 1:]], minlength=count)
-    extent = np.hypot(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT])
+    extent = np.hypot(*np.diff(pieces.boxes)[:, ::2].T)
     number[0] = 0  # the rest of the image
-    around = LIMITS.near_samples
     for label in np.flatnonzero((number >= LIMITS.fewest) & ((blocks > 0) | (extent >= long))):
-        x, y, wide, high, _ = boxes[label].tolist()
-        part = slice(max(0, y - around), y + high + around), slice(max(0, x - around), x + wide + around)
+        part = pieces.window(int(label), LIMITS.near_samples)
         yield part, (labels[part] == label) & stands[part]
 
 
@@ -308,7 +311,8 @@ def _pitch_mm(scan: Cloud) -> float:
     rows, columns = scan.shape[0] // 2, scan.shape[1] // 2
     middle = scan[rows - rows // 4 : rows + rows // 4 : max(1, rows // 32), columns // 2 : columns + columns // 2]
     with np.errstate(over="ignore", invalid="ignore"):
-        steps = np.linalg.norm(np.diff(middle, axis=1), axis=2)
+        x, y, z = np.moveaxis(np.diff(middle, axis=1), 2, 0)
+        steps = np.sqrt(x * x + y * y + z * z)  # norm() takes three times as long along so short an axis
         steps = steps[np.isfinite(steps)]
     return float(np.median(steps)) if steps.size else math.nan
 

@@ -1,0 +1,48 @@
+"""The connected pieces of a mask, with their sizes and boxes.
+
+OpenCV's own statistics visit all cells of the image, most of which belong to no piece. That takes eight times as long
+as finding the pieces.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from debulk.arrays import Bools, Whole
+
+
+class Pieces(NamedTuple):
+    """The pieces of a mask, numbered from 1."""
+
+    labels: NDArray[np.int32]
+    """(H, W) number of each cell's piece; 0: it belongs to none."""
+    sizes: Whole
+    """(N,) number of cells of each piece; 0 cells belong to piece 0."""
+    boxes: Whole
+    """(N, 4) first row, row behind the last, first column and column behind the last of each piece."""
+
+    def of_size(self, least: float) -> list[int]:
+        """Return the numbers of the pieces with at least so many cells."""
+        return [int(number) for number in np.flatnonzero(self.sizes[1:] >= least) + 1]
+
+    def window(self, number: int, around: int) -> tuple[slice, slice]:
+        """Return the rows and columns of a piece, and so many around it."""
+        top, bottom, left, right = self.boxes[number].tolist()
+        return slice(max(0, top - around), bottom + around), slice(max(0, left - around), right + around)
+
+
+def pieces_of(marks: Bools, connectivity: int) -> Pieces:
+    """Find the pieces of a mask (H, W), whose cells touch along sides (4) or at corners, too (8)."""
+    count, found = cv2.connectedComponents(marks.view(np.uint8), connectivity=connectivity)
+    labels = np.asarray(found, dtype=np.int32)
+    cells = np.flatnonzero(marks)
+    own = labels.reshape(-1)[cells]
+    boxes = np.tile(np.array([marks.shape[0], 0, marks.shape[1], 0]), (count, 1))
+    for first, at in ((0, cells // marks.shape[1]), (2, cells % marks.shape[1])):
+        np.minimum.at(boxes[:, first], own, at)
+        np.maximum.at(boxes[:, first + 1], own, at + 1)
+    return Pieces(labels, np.bincount(own, minlength=count), boxes)
