@@ -71,6 +71,6 @@ class Grid:
         cells = self.cells(xy_mm)
         on = self.holds(cells)
         out = np.full(on.shape, beyond, dtype=np.float64)
-        column, row = cells[on].T
+        column, row = cells[..., 0][on], cells[..., 1][on]
         out[on] = self.values[row, column]
         return out

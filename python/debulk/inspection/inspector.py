@@ -405,11 +405,12 @@ class Inspector:
         with cycle.stage("height map", 0.0):  # clean, grid, find
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
-        with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
-            found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
-        with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
-            placed = self._placing.judge(sample, found)
-            plateaus = self._placing.plateaus(found, cycle.stop)
+        heights, threads = found.overview, self.recipe.run.threads
+        with in_parallel(cycle.stop, lambda: self._placing.plateaus(heights, cycle.stop), threads) as raised:
+            with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
+                found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
+            with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
+                placed, plateaus = self._placing.judge(sample, found), raised()
         with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
             pockets, late = found.pockets, False
             if placed.finding:

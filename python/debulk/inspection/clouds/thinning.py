@@ -52,8 +52,8 @@ def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
 
 
 def complete(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which rows of (N, 3) marks are all set; ten times faster than `all` along so short an axis."""
-    return np.asarray(marks[:, 0] & marks[:, 1] & marks[:, 2])
+    """Return which rows of (..., 3) marks are all set; ten times faster than `all` along so short an axis."""
+    return np.asarray(marks[..., 0] & marks[..., 1] & marks[..., 2])
 
 
 def pitch_of(xy_mm: NDArray[np.floating], each: int) -> float:

@@ -128,10 +128,10 @@ class Placing:
         placed = self._judge(sample, ())
         return placed if placed.finding else None
 
-    def plateaus(self, found: Found, stop: _core.Stop) -> list[Finding]:
-        """Judge the places where the ply is missing, lies double, or lies on something."""
+    def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:
+        """Judge the places of a map of heights where the ply is missing, lies double, or lies on something."""
         outlined = self.outline is not None
-        places = plateaus.find(found.overview, self.zones, self._setup.prepared, self._recipe, stop, outlined=outlined)
+        places = plateaus.find(heights, self.zones, self._setup.prepared, self._recipe, stop, outlined=outlined)
         return plateaus.findings(places, self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:

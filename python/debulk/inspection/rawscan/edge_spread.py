@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
@@ -106,7 +107,7 @@ class EdgeSpread:
 
         NaN: not the edge of this ply.
         """
-        seen = np.asarray(np.isfinite(points).all(axis=2))
+        seen = complete(np.isfinite(points))
         whole = np.flatnonzero(np.mean(seen, axis=1) >= LIMITS.least_seen_share)
         if len(whole) < LIMITS.least_windows:
             return np.empty(0), np.empty(0, dtype=bool)
@@ -114,12 +115,14 @@ class EdgeSpread:
         sample = sample_of(points[seen], self._prepared, self._pose, threads)
         height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
         height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
-        pitch = np.sqrt(np.prod(np.nanmax(at, axis=1) - np.nanmin(at, axis=1), axis=1)) / (2 * LIMITS.half_pixels)
+        size = np.fmax.reduce(at, axis=1) - np.fmin.reduce(at, axis=1)
+        pitch = np.sqrt(np.prod(size, axis=1)) / (2 * LIMITS.half_pixels)
         away = at - places[whole][:, None]
+        known = np.nan_to_num(away)
         outwards = np.einsum("nmk,nk->nm", away, normals[whole])
         around = np.arange(-LIMITS.half_pixels, LIMITS.half_pixels + 1.0)
         along_row, down_column = (
-            np.abs(np.einsum("nmk,m,nk->n", np.nan_to_num(away), index.ravel(), normals[whole]))
+            np.abs(np.einsum("nmk,m,nk->n", known, index.ravel(), normals[whole]))
             for index in np.meshgrid(around, around)
         )
         return _sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch, along_row > down_column

@@ -108,10 +108,10 @@ def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
     shape, products = _polynomials()
     level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)
     flat = np.where(seen, flat - level, 0.0)
-    lacking = ~seen.all(axis=1)
-    sums = np.tile(product(np.ones((1, len(products))), products), (len(flat), 1))
-    sums[lacking] = product(seen[lacking].astype(np.float64), products)
-    normal = sums.reshape(len(flat), shape.shape[1], shape.shape[1])
+    normal = np.tile(np.eye(shape.shape[1]), (len(flat), 1, 1))  # of a whole square, less what a few points lack
+    square, point = np.nonzero(~seen)
+    first = np.flatnonzero(np.diff(square, prepend=-1))
+    normal[square[first]] -= np.add.reduceat(products[point], first)
     factors = np.linalg.solve(normal, product(flat, shape)[:, :, None])[:, :, 0]
     return np.where(seen, flat - product(factors, shape.T), 0.0)
 
@@ -123,8 +123,8 @@ def _fourth(values: Floats) -> Floats:
 
 @functools.cache
 def _polynomials() -> tuple[Floats, Floats]:
-    """Return orthonormal polynomials over a square, (256, 21), and the products of each pair of them, (256, 441)."""
+    """Return orthonormal polynomials over a square, (256, 21), and the products of each pair, (256, 21, 21)."""
     u, v = np.meshgrid(*2 * (np.linspace(-1, 1, LIMITS.side),))
     powers = [(i, j) for i in range(LIMITS.degree + 1) for j in range(LIMITS.degree + 1 - i)]
     shape = np.linalg.qr(np.stack([(u**i * v**j).ravel() for i, j in powers], axis=1))[0]
-    return shape, (shape[:, :, None] * shape[:, None, :]).reshape(len(shape), -1)
+    return shape, shape[:, :, None] * shape[:, None, :]
