@@ -112,7 +112,7 @@ def inspect(
         from debulk.history.kept import history_of
 
         kept_in, settings, qualified = history_of(history), given.read(), chain_of(chain)
-        measured = None if measured_angles is None else load_angles(measured_angles, given.unit)
+        measured = None if measured_angles is None else load_angles(measured_angles, given.in_frame)
         with shown_progress() as progress:
             progress("reading", 0.0)
             reference_cloud = read_cloud(reference, given.unit)

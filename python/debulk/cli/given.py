@@ -22,6 +22,9 @@ Mask = Annotated[
     typer.Option(help=".png or .npy as large as the scan's image; not black: a clamp or tool hides the ply."),
 ]
 Unit = Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")]
+FrameUnit = Annotated[
+    Literal["mm", "m"] | None, typer.Option(help="Unit of pose, outline and measured angles; unset: that of --unit.")
+]
 ChainFile = Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")]
 Approved = Annotated[Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")]
 
@@ -48,6 +51,12 @@ class Given:
     ] = None
     mask: Mask = None
     unit: Unit = "mm"
+    frame_unit: FrameUnit = None
+
+    @property
+    def in_frame(self) -> Literal["mm", "m"]:
+        """Unit of what is given in the mold frame."""
+        return self.frame_unit or self.unit
 
     def read(self) -> dict[str, Any]:
         """Read it: the arguments of a `debulk.Inspector` by their names."""
@@ -58,9 +67,9 @@ class Given:
 
         return {
             "recipe": Recipe() if self.recipe is None else Recipe.load(self.recipe),
-            "ply_outline": None if self.outline is None else files.load_outline(self.outline, self.unit),
+            "ply_outline": None if self.outline is None else files.load_outline(self.outline, self.in_frame),
             "fibre_angles_deg": angles,
-            "mold_from_scanner": pose_of(self.pose, self.unit),
+            "mold_from_scanner": pose_of(self.pose, self.in_frame),
             "camera": camera,
             "mask": None if self.mask is None else files.load_mask(self.mask),
         }

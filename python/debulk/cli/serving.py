@@ -67,7 +67,13 @@ def serve(
         from debulk.serve.running import serve as run
         from debulk.serve.service import Service
 
-        cell = Cell(**given.read(), chain=chain_of(chain), approved=approved, unit=given.unit)
+        cell = Cell(
+            **given.read(),
+            chain=chain_of(chain),
+            approved=approved,
+            unit=given.unit,
+            frame_unit=given.in_frame,
+        )
         first = None if reference is None else cell.inspector(reference)
         folders, kept_in = Folders(folder or []), history_of(history)
 

@@ -80,5 +80,5 @@ def _check_columns(path: Path, table: Table, mm_per_unit: float) -> None:
         axes = find_axes(text, ",", width, "xy")
         if axes.places != [0, 1]:
             raise InputError(f"{path}: expected the columns x,y,first,second in this order, got {text[:60]!r}")
-        if fault := unit_fault(axes.units, mm_per_unit):
+        if fault := unit_fault(axes.units, mm_per_unit, "--frame-unit"):
             raise InputError(f"{path}: {'; '.join(fault)}")

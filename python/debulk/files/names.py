@@ -55,13 +55,13 @@ def is_line_of_units(words: list[str]) -> bool:
     return bool(said) and all(_UNITS.fullmatch(word) or not re.search(r"\w", word) for word in said)
 
 
-def unit_fault(said: Iterable[str], factor: float) -> tuple[str, str] | None:
+def unit_fault(said: Iterable[str], factor: float, option: str = "--unit") -> tuple[str, str] | None:
     """Compare the units that a file names with the one asked for; return what is wrong and a remedy."""
     found = {match[1].lower() for unit in said if (match := _UNITS.fullmatch(unit))}
     if not found - {"m" if factor == 1000.0 else "mm"}:
         return None
     other = found <= {"mm", "m"}
-    remedy = f"load it with that unit (--unit {min(found)})" if other else "convert it to mm or m"
+    remedy = f"load it with that unit ({option} {min(found)})" if other else "convert it to mm or m"
     return f"its columns are in {' and '.join(sorted(found))}", remedy
 
 

@@ -78,7 +78,7 @@ def _corners(path: Path, table: Table, mm_per_unit: float) -> NDArray[np.float64
     for _, text in table.headings:
         for words in (split(text, ","), split(text, ";"), text.split()):
             units += words if is_line_of_units(words) else []
-    if fault := unit_fault(units, mm_per_unit):
+    if fault := unit_fault(units, mm_per_unit, "--frame-unit"):
         raise InputError(f"{path}: {'; '.join(fault)}")
     if width != 2:
         raise InputError(f"{path}: expected two columns x,y, got {width}{table.hint}")

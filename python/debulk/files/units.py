@@ -28,8 +28,7 @@ def check_size(path: Path, size_mm: float, what: str, unit: Unit) -> None:
         return
     remedy = "check the unit of the export"
     if small == (unit == "mm"):
-        remedy = f'if its numbers are in {other}, give unit="{other}" (--unit {other})'
-        if what == "outline":
-            remedy += "; on the command line clouds, pose and outline need the same unit"
+        option = "--unit" if what == "cloud" else "--frame-unit"
+        remedy = f'if its numbers are in {other}, give unit="{other}" ({option} {other})'
     across, limit = size_mm / _MM_PER_UNIT[unit], "small" if small else "large"
     raise InputError(f"{path}: the {what} is {across:g} {unit} across, too {limit} for a scanned ply; {remedy}")

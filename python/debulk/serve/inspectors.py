@@ -31,7 +31,8 @@ class Cell:
     mask: NDArray[np.bool_] | None = None
     chain: Chain | None = None
     approved: Path | None = None
-    unit: files.Unit = "mm"
+    unit: files.Unit = "mm"  # of clouds
+    frame_unit: files.Unit = "mm"  # of outlines and angles
 
     def changed(self, angles: tuple[float, float] | None, outline: Path | None) -> Cell:
         """Return the same for a ply of other fibre angles and another outline, where they are given.
@@ -41,7 +42,7 @@ class Cell:
         own = self.fibre_angles_deg
         draped = replace(own, angles_deg=angles) if angles and isinstance(own, Draping) else angles
         cell = self if draped is None else replace(self, fibre_angles_deg=draped)
-        return cell if outline is None else replace(cell, ply_outline=files.load_outline(outline, self.unit))
+        return cell if outline is None else replace(cell, ply_outline=files.load_outline(outline, self.frame_unit))
 
     def inspector(self, reference: Path) -> Inspector:
         """Read a reference and prepare its inspector, which takes seconds; an error names the reference."""

@@ -260,7 +260,7 @@ class Service:
     def _of_file(self, job: Job, given_up: threading.Event) -> Result:
         """Read and inspect a scan, in a thread of its own."""
         cloud = self._read(job.scan, self.cell.unit)
-        angles = None if job.angles is None else load_angles(job.angles, self.cell.unit)
+        angles = None if job.angles is None else load_angles(job.angles, self.cell.frame_unit)
         if given_up.is_set():  # nobody waits any more: nothing may come into the history that no cell was told
             raise Cancelled("given up")
         left = None if job.deadline_s is None else max(job.deadline_s - _since(job), 1e-3)

@@ -98,11 +98,12 @@ def test_what_a_file_holds_beside_its_points_is_in_the_report(cell):
     assert "scan.pcd: its VIEWPOINT, 5 0 0 1 0 0 0" in " ".join(result.stdout.split()) and result.stderr == ""
 
 
-def test_metres_apply_to_all_files(cell):
-    run(*BASIC, "--pose", "pose.txt", "--outline", "outline.csv", "--unit", "m")
+@pytest.mark.parametrize(("frame", "times"), [(["--frame-unit", "mm"], 1), ([], 1000)])
+def test_metres_apply_to_all_files_but_those_of_another_frame_unit(cell, frame, times):
+    run(*BASIC, "--pose", "pose.txt", "--outline", "outline.csv", "--unit", "m", *frame)
     seen = FakeInspector.seen
-    assert seen["scan"][0, 0, 0] == 2000 and seen["mold_from_scanner"][0, 3] == 5000
-    assert seen["ply_outline"].max() == 100_000
+    assert seen["scan"][0, 0, 0] == 2000 and seen["mold_from_scanner"][0, 3] == 5 * times
+    assert seen["ply_outline"].max() == 100 * times
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_text(tmp_path, text):
         ("x,y\nO,0", "line 2: expected numbers"),
         ("0.0,0,0", "line 2: expected finite numbers, as many as above"),
         ("corner 1", "line 1: expected numbers, got 'corner 1'"),
-        ("x[m],y[m]\n0,0", "its columns are in m; load it with that unit (--unit m)"),
+        ("x[m],y[m]\n0,0", "its columns are in m; load it with that unit (--frame-unit m)"),
         ("x,y\ninch,inch\n0,0", "its columns are in inch; convert it"),
     ],
 )
