@@ -253,3 +253,12 @@ def test_a_hole_in_which_only_specks_stand_up_may_hide_a_pocket_and_one_whose_ri
     (doubt,) = unseen.findings(found, (), debulk.Recipe())
     assert doubt.at_best is verdict
     assert ("single points" in doubt.reason) == (verdict is Verdict.UNDECIDED)
+
+
+def test_a_filled_hole_smaller_than_a_pocket_whose_rim_stands_may_hide_a_bump_that_creases() -> None:
+    hole = _hole(filled=True, outer_rim_height=0.8, area=110.0, thickness=9.0)
+    found: Any = SimpleNamespace(holes=((hole, False),), part=None, dropped=())
+    (doubt,) = unseen.findings(found, (), debulk.Recipe())
+    assert doubt.at_best is Verdict.UNDECIDED and "whose rim stands 0.8 mm high" in doubt.reason
+    hole.rim_height = hole.outer_rim_height = 0.3
+    assert not unseen.findings(found, (), debulk.Recipe())

@@ -23,6 +23,9 @@ class Limits:
     """Of holes beside the recipe's limits; bench/trust/holes.py has holes over creases."""
 
     speck_points: int = 8  # fewer than 3 by 3, as in the C++ core
+    # Of the thickness up to which holes are bridged: a smaller hole that is thicker, and whose rim stands, may hide the
+    # top of a narrow bump that creases. What stands at both sides of a thinner one is what stands in it.
+    hides_share: float = 0.5
 
 
 LIMITS = Limits()
@@ -137,8 +140,11 @@ def _of_hole(
     flat = hole.outer_rim_height < high
     standing = finding(Verdict.UNDECIDED, specks) if flat else finding(Verdict.INVALID, rises)
     if hole.filled:
-        if hole.rim_height >= high and hole.area >= area_tol and not _in_a_foot(hole, pockets, _reach(hole)):
-            return standing
+        if hole.rim_height >= high and not _in_a_foot(hole, pockets, _reach(hole)):
+            if hole.area >= area_tol:
+                return standing
+            if not flat and hole.thickness > LIMITS.hides_share * BRIDGE_MM:
+                return finding(Verdict.UNDECIDED, rises)
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
             return finding(Verdict.UNDECIDED, f"{name} borders on pocket {one.id}: scan again", one.id)

@@ -38,12 +38,13 @@ class Limits:
     """Of patches that carry no noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
 
     least_squares: int = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
-    # A patch this wide is found on nearly any surface: a smaller one holds too few whole squares. In a list of points
-    # that was laid out pixels are looked at one by one.
+    # A patch this wide is found on nearly any surface: a smaller one holds too few whole squares. Where the smallest
+    # that is wanted is narrower, and in a list of points that was laid out, pixels are looked at one by one.
     seen_pixels: int = 20
-    seen_laid_pixels: int = 12
+    seen_single_pixels: int = 12
+    pixels_share: float = 0.5  # of the area that is looked for, if pixels are looked at one by one
     noted_widths: float = 1.5  # of the smallest wanted patch: that narrower ones can be missed is not noted
-    rim_pixels: int = 2  # by which the patches of a list come out smaller
+    rim_pixels: int = 2  # by which patches found by their pixels come out smaller
     lost_share: float = 0.3  # of a square's side: squares nearer to a patch's rim contain noise from outside it
     beside_mm: float = 20.0  # round the ply: its edge shows how sharp the scan is
 
@@ -127,15 +128,14 @@ class FilledSearch:
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
             some = some_on_ply(image.heights, squares, on_ply)
             smoothed = self._smoothed.find(image, squares, some, mask)
-            if image.laid:
-                patches, unknown, across = *self._in_list(image, smoothed), LIMITS.seen_laid_pixels
-            else:
-                patches, unknown, across = *self._in_image(image, squares, some, mask, stop), LIMITS.seen_pixels
-        seen_mm = across * image.pitch_mm
+            patches, unknown = ([], "") if image.laid else self._by_squares(image, squares, some, mask, stop)
+            by_pixels = image.laid or LIMITS.seen_pixels * image.pitch_mm > wide_mm
+            if by_pixels and not patches and not unknown:
+                patches, unknown = self._by_pixels(image, smoothed, mask)
+        seen_mm = (LIMITS.seen_single_pixels if by_pixels else LIMITS.seen_pixels) * image.pitch_mm
         if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
-        large = tuple(patch for patch in patches if patch.area_mm2 >= self._least_mm2)
-        return Filled(large, unknown, smoothed)
+        return Filled(tuple(patches), unknown, smoothed)
 
     def at(self, edge: Outline, found: Filled, image: CloudImage, mask: NDArray[np.bool_] | None) -> Filled:
         """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
@@ -154,7 +154,7 @@ class FilledSearch:
         at = heights.astype(np.float64)
         return self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_)))
 
-    def _in_image(
+    def _by_squares(
         self,
         image: CloudImage,
         squares: Squares,
@@ -168,7 +168,8 @@ class FilledSearch:
         if mask is not None and mask.shape == image.points.shape[:2]:
             quiet &= ~mask[np.ix_(squares.rows + SIDE // 2, squares.columns + SIDE // 2)]
         pieces = [piece for piece in touching(quiet) if len(piece) >= LIMITS.least_squares]
-        return [self._patch(image, squares, piece) for piece in pieces], found.unknown
+        patches = [self._patch(image, squares, piece) for piece in pieces]
+        return [patch for patch in patches if patch.area_mm2 >= self._least_mm2], found.unknown
 
     def _patch(self, image: CloudImage, squares: Squares, piece: NDArray[np.int64]) -> Patch:
         row, column = squares.rows[piece[:, 0]] + SIDE // 2, squares.columns[piece[:, 1]] + SIDE // 2
@@ -177,21 +178,26 @@ class FilledSearch:
         x, y = of.points_mm[:, :2].mean(axis=0)
         return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
 
-    def _in_list(self, image: CloudImage, smoothed: Smoothed) -> tuple[list[Patch], str]:
-        """Return the same of a list of points that was laid out; what was smoothed as a whole has no patches."""
+    def _by_pixels(
+        self, image: CloudImage, smoothed: Smoothed, mask: NDArray[np.bool_] | None
+    ) -> tuple[list[Patch], str]:
+        """Return the same, from half the area on, of an image too coarse for squares; none if all was smoothed."""
         if smoothed.shared_mm:
             return [], ""
         quiet, unknown = quiet_pixels(image.heights[..., 2], image.step_mm)
         own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * LIMITS.rim_pixels + 1,) * 2, np.uint8))
         own[~np.isfinite(image.heights[..., 2])] = 0
+        if mask is not None and mask.shape == own.shape:
+            own[mask] = 0
+        least_mm2, patches = LIMITS.pixels_share * self._least_mm2, []
         pieces = pieces_of(own.view(np.bool_), 4)
-        patches = []
-        for number in pieces.of_size(self._least_mm2 / image.pitch_mm**2):
-            held = image.heights[pieces.labels == number]
-            held = held[self._laid_on_ply(held)]
-            if len(held):
-                x, y, _ = held.mean(axis=0, dtype=np.float64).tolist()
-                patches.append(Patch((x, y), len(held) * image.pitch_mm**2, float(held[:, 2].max())))
+        for number in pieces.of_size(least_mm2 / image.pitch_mm**2):
+            of = self._of(image.points[pieces.labels == number])
+            held = self._zones.inside(of)
+            area_mm2 = np.count_nonzero(held) * image.pitch_mm**2
+            if area_mm2 >= least_mm2:
+                x, y, _ = of.points_mm[held].mean(axis=0).tolist()
+                patches.append(Patch((x, y), area_mm2, float(of.height_mm[held].max())))
         return patches, unknown
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
