@@ -1,9 +1,11 @@
 """Counts the OPC UA events of 10 000 results, and measures how late they come to a client in another process.
 
-python bench/serve/events.py NODESET [COUNT] > bench/serve/events.txt
+python bench/serve/events.py NODESET > bench/serve/events.txt
+chrt --rr 1 python bench/serve/events.py NODESET 300 >> bench/serve/events.txt
 
 First the results are given as fast as the server takes them, then twenty a second. The clock is the machine's, which
-both processes read. The machine was busy with other programs.
+both processes read. The machine was busy with other programs, some fifteen on two cores; before those goes what is
+started by chrt.
 """
 
 import asyncio

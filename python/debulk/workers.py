@@ -127,16 +127,19 @@ def _run(tasks: SimpleQueue[Callable[[], None] | None]) -> None:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Raise what Ctrl-C raises only after the body: in the midst of a thread's start it would leave that one behind."""
-    handler = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+    """Raise what a signal raises only after the body: amid a thread's start it would leave that thread behind."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    handlers = {number: handler for number in numbers if callable(handler := signal.getsignal(number))}
+    if threading.current_thread() is not threading.main_thread() or not handlers:
         yield  # only the main thread runs handlers
         return
     came: list[Any] = []
-    signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    for number in handlers:
+        signal.signal(number, lambda *given: came.append(given))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
         if came:
-            handler(*came[0])
+            handlers[came[0][0]](*came[0])

@@ -36,6 +36,7 @@ PYTHON_BELOW = (
     "origin",
     "stopping",
     "recipe",
+    "files",
 )
 PYTHON_ROOMS = (
     "cloud",
@@ -51,7 +52,7 @@ PYTHON_ROOMS = (
     "scanner",
 )
 PYTHON_ABOVE = (
-    "files", "rework", "results", "risk", "page", "report", "comparison", "history", "learning", "inspection", "stack",
+    "rework", "results", "risk", "page", "report", "comparison", "history", "learning", "inspection", "stack",
     "batch", "chain", "scenes", "view", "doctor", "serve", "cli", "pyinstaller",
 )  # fmt: skip
 

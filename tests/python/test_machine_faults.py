@@ -5,9 +5,11 @@ The disks are real ones, a few megabytes of memory, mounted where only the progr
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -17,38 +19,50 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import boards
 import cloud_files
 import debulk
 from debulk import InputError, Report, files
-from debulk.cli.support import EXIT_CODES
+from debulk.files.replacing import write_picture
 from debulk.history import History
 from debulk.history.export import export
+from debulk.scanner import Calibration
 
 CALL = [sys.executable, "-c", "from debulk.cli import main; main()"]
 KILOBYTES = 8000
 CLOUD = np.arange(6000.0).reshape(-1, 3)
 
-ENDINGS = {
-    **{ending: Report.save for ending in (".json", ".csv", ".html")},
-    **{ending: lambda _, path: files.save_cloud(path, CLOUD) for ending in (".npy", ".ply", ".xyz")},
-    ".dfq": lambda _, path: export(History(path.with_name("cell.sqlite")), path),
+
+def save_calibration(report: Report, path: Path) -> None:
+    cameras = (boards.MATRICES, boards.DISTORTIONS, boards.ROTATION, boards.TRANSLATION * len(report.reason))
+    Calibration(*cameras, boards.PIXELS).save(path)
+
+
+OUTPUTS = {
+    **dict.fromkeys(("a.json", "a.csv", "a.html"), Report.save),
+    **dict.fromkeys(
+        ("a.npy", "a.ply", "a.xyz"), lambda report, path: files.save_cloud(path, CLOUD + len(report.reason))
+    ),
+    "a.dfq": lambda _, path: export(History(path.with_name("cell.sqlite")), path),
+    "map.png": lambda report, path: write_picture(path, np.full((200, 300), len(report.reason), np.uint8)),
+    "scanner.json": save_calibration,
 }
 
 
 def outputs(folder: Path, report: Report) -> dict[str, str]:
     """Write every kind of file in a folder; return what was said about those that could not be written."""
     said = {}
-    for ending, save in ENDINGS.items():
+    for name, save in OUTPUTS.items():
         try:
-            save(report, folder / f"a{ending}")
+            save(report, folder / name)
         except InputError as error:
-            said[ending] = str(error)
+            said[name] = str(error)
     return said
 
 
 def contents(folder: Path) -> dict[str, bytes]:
     """Return the files of a folder; SQLite's own beside the history are not counted."""
-    found = {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "filler"}
+    found = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and path.name != "filler"}
     return {name: data for name, data in found.items() if not name.endswith(("-wal", "-shm"))}
 
 
@@ -66,8 +80,8 @@ def full_disk(disk: Path) -> None:
         except OSError:
             pass
     said = outputs(disk, report)
-    assert said.keys() == ENDINGS.keys(), said
-    assert all("No space left on device" in text and f"a{ending}" in text for ending, text in said.items()), said
+    assert said.keys() == OUTPUTS.keys(), said
+    assert all("No space left on device" in text and name in text for name, text in said.items()), said
     kept = history.keep(report)
     assert kept.verdict is report.verdict and "not in the history" in kept.warnings[-1], kept.warnings
     assert contents(disk) == before
@@ -85,8 +99,8 @@ def read_only(disk: Path) -> None:
     assert not (said := outputs(disk, report)), said
     subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
     said = outputs(disk, report)
-    assert said.keys() == ENDINGS.keys(), said
-    assert all("Read-only file system" in text and f"a{ending}" in text for ending, text in said.items()), said
+    assert said.keys() == OUTPUTS.keys(), said
+    assert all("Read-only file system" in text and name in text for name, text in said.items()), said
     assert Report.load(disk / "a.json").verdict is report.verdict
     assert files.load_cloud(disk / "a.npy").shape == (2000, 3)
     kept = history.keep(report)
@@ -212,30 +226,142 @@ def test_a_clock_that_jumps_changes_no_verdict_and_no_order(tmp_path):
     assert done.stdout.splitlines() == 3 * [inspector.inspect(layup.scan).reason]
 
 
+def ended(folder: Path) -> None:
+    """Child: a writer that is ended at random instants leaves each file whole, old or new, and what it announced."""
+    first, history = Report.load(folder / "report.json"), History(folder / "grown.sqlite")
+    versions = (first, first.changed(reason="another"))
+    (folder / "out").mkdir()
+    History(folder / "out" / "cell.sqlite").add(first)
+    rng = np.random.default_rng(0)
+
+    whole = []
+    for report in versions:
+        assert not (said := outputs(folder / "out", report)), said
+        whole.append(contents(folder / "out"))
+    announced: list[int] = []
+    for _ in range(30):
+        heard, saying = os.pipe()
+        if (child := os.fork()) == 0:
+            code = 1
+            try:
+                signal.signal(signal.SIGTERM, signal.default_int_handler)
+                os.write(saying, bytes(8))
+                while True:
+                    for report in versions:
+                        os.write(saying, history.add(report).to_bytes(8, "little"))
+                        assert not outputs(folder / "out", report)
+            except KeyboardInterrupt:
+                code = 130
+            finally:
+                os._exit(code)
+        os.close(saying)
+        with open(heard, "rb") as numbers:
+            assert numbers.read(8) == bytes(8)
+            time.sleep(rng.uniform(0, 1.0))
+            os.kill(child, signal.SIGTERM)
+            announced += np.frombuffer(numbers.read(), "<u8").tolist()
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 130
+        found = contents(folder / "out")
+        assert found.keys() == whole[0].keys()
+        assert not (half := [name for name, data in found.items() if data not in (whole[0][name], whole[1][name])]), (
+            half
+        )
+    kept = {row.record for row in history.find()}
+    assert announced and kept >= set(announced) and history.check().passed, (announced, kept)
+
+
+@pytest.mark.program
+def test_a_writer_that_is_ended_at_any_instant_leaves_whole_files_and_every_record(tmp_path, report):
+    report.save(tmp_path / "report.json")
+    done = subprocess.run([sys.executable, "-W", "ignore", __file__, "ended", tmp_path], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory, report):
+    """Return a folder with what the commands need: a scan, a reference, an archive of two layups, a history."""
+    folder = tmp_path_factory.mktemp("cell")
+    layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
+    files.save_cloud(folder / "ref.npy", layup.reference)
+    files.save_cloud(folder / "scan.npy", layup.scan)
+    np.savetxt(folder / "pose.txt", layup.mold_from_scanner)
+    for name in ("one", "two"):
+        (folder / "archive" / name).mkdir(parents=True)
+        lines = (f"{key} = '../../{file}'" for key, file in (("scan", "scan.npy"), ("reference", "ref.npy"), POSE))
+        (folder / "archive" / name / "layup.toml").write_text("\n".join(lines))
+    (folder / "spool").mkdir()
+    report.save(folder / "a.json")
+    return folder
+
+
+POSE = ("pose", "pose.txt")
+INSPECT = ["scan.npy", "--reference", "ref.npy", "--pose", "pose.txt"]
+NODESET = Path(__file__).resolve().parents[2] / "build/nodesets/Opc.Ua.MachineVision.NodeSet2.xml"
+COMMANDS = {
+    "inspect": [*INSPECT, "--history", "cell.sqlite", "-o", "a.json", "-o", "a.html"],
+    "history page": ["cell.sqlite", "-o", "history.html"],
+    "history export": ["cell.sqlite", "-o", "layups.csv"],
+    "batch": ["archive", "--history", "batch.sqlite", "--workers", "1"],
+    "serve": ["--port", "0", "--spool", "spool", *INSPECT[1:]],
+}
+
+
+def left_of(session: int) -> list[str]:
+    """Return the processes of a session."""
+    found = []
+    for place in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            words = (place / "stat").read_text().rpartition(")")[2].split()
+            if int(words[3]) == session and words[0] != "Z":
+                found.append((place / "cmdline").read_text())
+    return found
+
+
 @pytest.mark.layup
 @pytest.mark.slow
-def test_sigterm_at_any_instant_leaves_whole_files_or_none(tmp_path):
-    layup = debulk.scenes.layup(seed=0, pixels=(640, 480))
-    files.save_cloud(tmp_path / "ref.npy", layup.reference)
-    files.save_cloud(tmp_path / "scan.npy", layup.scan)
-    np.savetxt(tmp_path / "pose.txt", layup.mold_from_scanner)
-    words = ["inspect", "scan.npy", "--reference", "ref.npy", "--pose", "pose.txt", "--history", "cell.sqlite"]
-    program = [*CALL, *words, "-o", "a.json", "-o", "a.html"]
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_that_is_ended_at_any_instant_leaves_nothing_half_done(cell, command):
+    """Files are whole, records are kept, no process is left, and one line says what was ended."""
+    program = [*CALL, *command.split(), *COMMANDS[command]]
+    if command == "serve" and NODESET.is_file():
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            program += ["--opcua", f"opc.tcp://127.0.0.1:{free.getsockname()[1]}/", "--nodeset", str(NODESET)]
     began = time.monotonic()
-    whole = subprocess.run(program, cwd=tmp_path, capture_output=True).returncode
-    lasted = time.monotonic() - began
-    before, history = contents(tmp_path), History(tmp_path / "cell.sqlite")
-    ends = set()
-    for share in np.linspace(0.1, 1.0, 12):
-        process = subprocess.Popen(program, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        time.sleep(share * lasted)
-        process.terminate()
-        ends.add(process.wait(30))
-        assert contents(tmp_path).keys() == before.keys(), f"after {share:.2f} of the run"
-        assert EXIT_CODES[Report.load(tmp_path / "a.json").verdict] == whole
-        assert (tmp_path / "a.html").read_text().rstrip().endswith("</html>")
-        assert history.check().passed
-    assert ends <= {-signal.SIGTERM, 130, whole} and ends - {whole}
+    if command.startswith("history"):
+        History(cell / "cell.sqlite").add(Report.load(cell / "a.json"))
+    if command == "serve":
+        first = subprocess.Popen(program, cwd=cell, stdout=subprocess.PIPE, text=True)
+        assert first.stdout.readline().startswith("debulk: http://")
+        first.send_signal(signal.SIGTERM)
+        whole = first.wait(60)
+        first.stdout.close()
+    else:
+        whole = subprocess.run(program, cwd=cell, capture_output=True).returncode
+    lasted, before, ends = time.monotonic() - began, contents(cell).keys(), set()
+    rng = np.random.default_rng(len(command))
+    for sign in (1 if command == "batch" else 2) * (signal.SIGTERM, signal.SIGINT):
+        (cell / "batch.sqlite").unlink(missing_ok=True)  # what is done already would not be done again
+        process = subprocess.Popen(
+            program, cwd=cell, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+        time.sleep(rng.uniform(0.2, 1.0) * lasted)
+        process.send_signal(sign)
+        _, said = process.communicate(timeout=60)
+        ends.add(process.returncode)
+        if process.returncode == 130:
+            assert said == f"debulk {command.split()[0]}: ended by {sign.name}\n"
+        end = time.monotonic() + 30
+        while left := left_of(process.pid):
+            assert time.monotonic() < end, left
+            time.sleep(0.05)
+        assert contents(cell).keys() - {"batch.sqlite"} == before - {"batch.sqlite"}
+        assert not list((cell / "spool").iterdir())
+        for path in cell.glob("*.sqlite"):
+            assert History(path).check().passed
+        for path in cell.glob("*.html"):
+            assert path.read_text().rstrip().endswith("</html>")
+        Report.load(cell / "a.json")
+    assert ends <= {-signal.SIGTERM, -signal.SIGINT, 130, whole} and ends - {whole}
 
 
 if __name__ == "__main__":

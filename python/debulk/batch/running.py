@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -89,7 +90,9 @@ def run(
     batch = Batch(done=len(archive) - len(todo))
     if not todo:
         return batch
-    local = None if scheduler else LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None)
+    # A client that is ended ends its workers; what they say of that is nothing to a user.
+    settled = {"threads_per_worker": 1, "dashboard_address": None, "silence_logs": logging.ERROR}
+    local = None if scheduler else LocalCluster(n_workers=workers, **settled)
     try:
         with Client(local or scheduler, timeout=10) as client:
             waiting = iter(todo)

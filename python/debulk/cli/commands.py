@@ -8,6 +8,7 @@ is a fault of debulk's, 130 an interrupt or SIGTERM, 141 a pipe that nobody read
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -55,7 +56,9 @@ app = typer.Typer(
 def main() -> None:
     """Run the command line; SIGTERM ends a command as an interrupt does, so that it leaves no half file behind."""
     cli_tools.answer_shells()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as for a program behind nohup
+            signal.signal(number, _interrupt)
     try:
         with outcome():
             try:
@@ -64,6 +67,15 @@ def main() -> None:
                 sys.stdout.flush()  # not as Python does at its end, with an exit code of its own
     except typer.Exit as end:
         sys.exit(end.exit_code)
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):  # all is done: nothing can be ended any more
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _interrupt(number: int, _frame: object) -> None:
+    """Say what is ended, past any stream that was just being written to, and end it."""
+    os.write(2, f"{' '.join(['debulk', *sys.argv[1:2]])}: ended by {signal.Signals(number).name}\n".encode())
+    raise KeyboardInterrupt
 
 
 @app.callback(invoke_without_command=True)

@@ -18,6 +18,7 @@ from debulk.cli.given import size_of
 from debulk.cli.loudness import with_loudness
 from debulk.cli.pairing import paired
 from debulk.cli.support import Progress, check_output, outcome, shown_progress
+from debulk.files.replacing import write_picture
 
 if TYPE_CHECKING:
     from debulk.scanner import Scan
@@ -86,7 +87,7 @@ def images(
             scan = instrument.scan(left_images, right_images, deadline, progress)
             save_cloud(output, scan.points_mm)
         if picture is not None and instrument.left is not None:
-            _write_image(picture, drawn(scan, instrument.left))
+            write_picture(picture, drawn(scan, instrument.left))
         print(summary(scan))
         for path in filter(None, (output, picture)):
             print(f"written: {path}")
@@ -112,7 +113,7 @@ def patterns(
         except OSError as error:
             raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
         for k, pattern in enumerate(made, start=1):
-            _write_image(folder / f"pattern_{k:02d}.png", pattern)
+            write_picture(folder / f"pattern_{k:02d}.png", pattern)
         print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
 
 
@@ -158,7 +159,7 @@ def calibrate(
             for name, why in refused.calibration.spoiling.items():
                 print(f"left out: {name}: {why}")
             if picture is not None:
-                _write_image(picture, scanner.calibration_picture(refused.calibration))
+                write_picture(picture, scanner.calibration_picture(refused.calibration))
                 print(f"written: {picture}")
             raise
         found.save(output)
@@ -166,7 +167,7 @@ def calibrate(
             print(f"{name}: {error:.3f} px")
         print(found.text())
         if picture is not None:
-            _write_image(picture, scanner.calibration_picture(found))
+            write_picture(picture, scanner.calibration_picture(found))
         for path in filter(None, (output, picture)):
             print(f"written: {path}")
 
@@ -295,10 +296,3 @@ def _eight_bits(image: NDArray[Any]) -> NDArray[np.uint8]:
     if image.dtype == np.uint8:
         return image
     return (image.astype(np.float32) * (255.0 / max(1, int(image.max())))).astype(np.uint8)
-
-
-def _write_image(path: Path, image: NDArray[np.uint8]) -> None:
-    import cv2
-
-    if not cv2.imwrite(str(path), image):
-        raise InputError(f"{path}: cannot be written")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -85,4 +86,9 @@ def serve(
             return service
 
         both = None if opcua is None or nodeset is None else (opcua, nodeset)
-        run(made, host, port, spool, int(most_mb * 1e6), lambda address: print(f"debulk: {address}", flush=True), both)
+
+        def ready(address: str) -> None:
+            print(f"debulk: {address}", flush=True)
+
+        left = run(made, host, port, spool, int(most_mb * 1e6), ready, both)
+        print(f"debulk serve: ended; {left} scans have no result", file=sys.stderr)

@@ -51,7 +51,6 @@ def outcome() -> Iterator[None]:
         print("debulk:", _one_line(str(error)), file=sys.stderr)
         raise typer.Exit(BAD_INPUT) from None
     except KeyboardInterrupt:
-        print("debulk: interrupted", file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
     except BrokenPipeError:  # whoever read our output has left
         _forget_output()

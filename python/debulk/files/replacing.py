@@ -9,6 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from debulk._core import InputError
 
 
@@ -33,6 +36,18 @@ def write_text(path: Path, text: str) -> None:
         # The name of a file may hold bytes that are not UTF-8, which Python keeps as surrogate characters. They
         # can be written as \udce9, which JSON reads back.
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+
+
+def write_picture(path: Path, image: NDArray[np.uint8]) -> None:
+    """Write a picture, (H, W), or (H, W, 3) in blue, green, red, as `replacing` does; its name says the kind."""
+    import cv2
+
+    try:
+        data = cv2.imencode(path.suffix, image)[1]
+    except cv2.error:
+        raise InputError(f"{path}: expected the name of a picture, such as one that ends in .png") from None
+    with replacing(path) as temporary:
+        temporary.write_bytes(data.tobytes())
 
 
 @contextmanager

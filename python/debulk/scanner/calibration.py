@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from debulk.arguments import typed
 from debulk.arrays import Floats, Singles
+from debulk.files.replacing import write_text
 from debulk.scanner.board_places import BoardPlace
 from debulk.scanner.certainty import BUMP_MM, Certainty
 from debulk.scanner.inputs import InputError, checked_pixels
@@ -168,10 +169,7 @@ class Calibration:
             "remarks": list(self.remarks),
             "projector": None if self.projector is None else self.projector.data(),
         }
-        try:
-            Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+        write_text(Path(path), json.dumps(data, indent=1) + "\n")
 
     @classmethod
     @typed

@@ -40,8 +40,8 @@ def serve(
     most_bytes: int,
     ready: Callable[[str], None],
     opcua: tuple[str, Path] | None = None,
-) -> None:
-    """Serve until SIGINT or SIGTERM.
+) -> int:
+    """Serve until SIGINT or SIGTERM; return the number of scans that were accepted and have no result.
 
     `service` makes the service within the event loop. `ready` is called with the address once it is listened to; port 0
     is any that is free. Scans that are sent lie in the folder `spool`, None: the system's for temporary files; larger
@@ -56,7 +56,7 @@ def serve(
         raise InputError(f"--host {host} --port {port}: cannot be listened to: {error}") from None
     with bound, tempfile.TemporaryDirectory(prefix="debulk-serve-", dir=spool) as folder:
         address = f"http://{host}:{bound.getsockname()[1]}/"
-        asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready, opcua))
+        return asyncio.run(_served(service, bound, Path(folder), most_bytes, address, ready, opcua))
 
 
 async def _served(
@@ -67,7 +67,7 @@ async def _served(
     address: str,
     ready: Callable[[str], None],
     opcua: tuple[str, Path] | None,
-) -> None:
+) -> int:
     made = service()
     hosts = sorted({"localhost", "127.0.0.1", "[::1]", bound.getsockname()[0]})
     settings = uvicorn.Config(
@@ -94,6 +94,7 @@ async def _served(
         await server.serve(sockets=[bound])
         if work.done():
             await work
+        return made.waiting + (made.running is not None)
 
 
 async def _ended(work: asyncio.Task[None]) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.arrays import Floats
-from debulk.files.replacing import check_ending
+from debulk.files.replacing import check_ending, write_picture
 from debulk.report import Report
 from debulk.view.shapes import Lines, Shapes, shapes
 
@@ -136,8 +136,7 @@ def _draw(made: Shapes, path: str, size: tuple[int, int]) -> None:
     )
     drawn = np.ascontiguousarray(np.asarray(renderer.render_to_image())[..., ::-1])
     _write_legend(drawn, made)
-    if not cv2.imwrite(path, drawn):
-        sys.exit(1)
+    write_picture(Path(path), drawn)
 
 
 def _camera(points: Floats, aspect: float) -> tuple[Floats, Floats]:

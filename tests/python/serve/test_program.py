@@ -76,7 +76,8 @@ def test_from_the_command_to_the_verdict_and_to_the_end(cell):
 
 
 def test_sigterm_amid_inspections_ends_it_with_a_whole_history_and_no_scan_left(cell):
-    process = subprocess.Popen([sys.executable, "-c", CALL, *WORDS], cwd=cell, stdout=subprocess.PIPE, text=True)
+    piped = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    process = subprocess.Popen([sys.executable, "-c", CALL, *WORDS], cwd=cell, text=True, **piped)
     try:
         home = re.search(r"http://\S+", process.stdout.readline())[0]
         body = (cell / "scan.npy").read_bytes()
@@ -87,7 +88,7 @@ def test_sigterm_amid_inspections_ends_it_with_a_whole_history_and_no_scan_left(
     finally:
         process.send_signal(signal.SIGTERM)
         assert process.wait(30) == 0
-    process.stdout.close()
+    assert re.fullmatch(r"debulk serve: ended; [0-2] scans have no result\n", process.communicate()[1])
     history = History(cell / "cell.sqlite")
     assert history.check().passed and 1 <= len(history.find()) <= 3
     assert not list(cell.glob("debulk-serve*"))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from debulk import _core
+from debulk.files.replacing import write_text
 from debulk.recipe import Recipe
 from debulk.sheet import Sheet
 from debulk.solve import Solution, minimise
@@ -50,7 +51,7 @@ def dump(path: str | Path, sheet: Sheet, solution: Solution, **options: Any) -> 
         "options": options,
         "ended": _ended(solution),
     }
-    Path(path).write_text(json.dumps(data))
+    write_text(Path(path), json.dumps(data))
 
 
 def load(path: str | Path) -> tuple[Sheet, dict[str, Any], dict[str, Any]]:
