@@ -53,7 +53,7 @@ PYTHON_ROOMS = (
 )
 PYTHON_ABOVE = (
     "rework", "results", "risk", "page", "report", "comparison", "history", "learning", "inspection", "stack",
-    "batch", "chain", "scenes", "view", "doctor", "serve", "cli", "pyinstaller",
+    "batch", "chain", "scenes", "view", "doctor", "serve", "cli", "__main__", "pyinstaller",
 )  # fmt: skip
 
 # The rooms of the inspection, from below to above; its own modules stand above them all.

@@ -100,7 +100,11 @@ def test_a_port_that_is_taken_is_named(cell):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         done = subprocess.run(
-            [sys.executable, "-c", CALL, "serve", "--port", port], cwd=cell, capture_output=True, text=True, timeout=60
+            [sys.executable, "-m", "debulk", "serve", "--port", port],
+            cwd=cell,
+            capture_output=True,
+            text=True,
+            timeout=60,
         )
     assert done.returncode == 2 and f"--port {port}: cannot be listened to" in done.stderr
 
