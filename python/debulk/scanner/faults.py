@@ -34,6 +34,7 @@ MOST_NOISE = 0.01  # of half the greatest grey value, as a share of the greatest
 LEAST_START = 0.02  # turns; a smaller start phase does not matter to the fringe orders
 _LEAST = 150  # lit pixels of the sample that are needed for a judgement
 _MOST = 4000  # pixels of the sample that are enough for one
+_FEW = 1000  # pixels that are enough where their ripple and three deviations of it together are below the limit
 
 
 def refuse_faults(
@@ -66,7 +67,7 @@ class ClearPixels:
     def refuse_faults(self, start: float) -> None:
         """Raise an InputError that names what is wrong with the images."""
         for e, pixels in self.by_exposure.items():
-            found = _fault(pixels.after(start), f" of exposure {e + 1}" if self.several else "")
+            found = _fault(pixels, start, f" of exposure {e + 1}" if self.several else "")
             if found:
                 raise InputError(f"{self.name}: {found}")
 
@@ -82,7 +83,8 @@ def clear_pixels(stack: Stack, periods: tuple[int, ...], steps: int, noise: tupl
     used = np.where(top < stack.white, np.arange(stack.exposures)[:, None], -1).max(axis=0)
     clear = {}
     for e in range(stack.exposures):
-        pixels = _clearest(Pixels(sample[e][:, used == e].astype(np.float64), fringes, noise))
+        own = _spread(np.flatnonzero(used == e), 4 * _MOST)
+        pixels = _clearest(Pixels(sample[e][:, own].astype(np.float64), fringes, noise))
         if pixels is not None:
             clear[e] = pixels
     return ClearPixels(clear, stack.name, stack.exposures > 1)
@@ -103,8 +105,8 @@ def _refuse_levels(stack: Stack, top: NDArray[np.unsignedinteger]) -> None:
                 f"{stack.name}: expected grey values up to {stack.white}, but got {top[e].max():.0f}: give the "
                 f"sensor's bits"
             )
-        values = np.minimum(stack.sample[e], stack.white)
-        mean, scatter = float(values.mean()), float(values.std(axis=0).mean()) / np.sqrt(values.size)
+        values = stack.sample[e]
+        mean, scatter = float(values.mean()), float(values[:, ::16].std(axis=0).mean()) / np.sqrt(values.size)
         if mean < before - 5 * np.hypot(scatter, scatter_before):
             raise InputError(
                 f"{stack.name}: expected the shortest exposure first, but exposure {e + 1} is darker than {e}"
@@ -118,15 +120,19 @@ def _clearest(pixels: Pixels) -> Pixels | None:
     if np.count_nonzero(lit) < _LEAST:
         return None
     expected = pixels.order_noise
-    at = np.flatnonzero(lit & (expected <= np.median(expected[lit])))
-    return pixels[at[:: max(1, len(at) // _MOST)]]
+    return pixels[_spread(np.flatnonzero(lit & (expected <= np.median(expected[lit]))), _MOST)]
+
+
+def _spread(at: NDArray[np.intp], most: int) -> NDArray[np.intp]:
+    """Return at most so many of the pixels, evenly spread."""
+    return at[:: -(-len(at) // most) or 1]
 
 
 def _start(clear: dict[int, Pixels], name: str) -> float:
     """Estimate the start phase from the exposure that tells most and follows the fringes with it."""
     for e in sorted(clear, key=lambda e: -float(np.sum(clear[e].order_noise ** -2.0))):
         start = start_phase(clear[e])
-        if _fine(clear[e].after(start)):
+        if _fine(clear[e], start):
             alike = alike_starts(clear[e].fringes)
             if abs((start * alike + 0.5) % 1.0 - 0.5) <= LEAST_START * alike:
                 return 0.0
@@ -145,27 +151,28 @@ def _most_residual(pixels: Pixels) -> float:
     return max(MOST_RESIDUAL, 0.5 * (0.25 + expected_residual(pixels)))
 
 
-def _fine(pixels: Pixels) -> bool:
-    return residual(pixels) <= _most_residual(pixels) and misfit(pixels) <= MOST_MISFIT and other_periods(pixels) == 0
+def _fine(pixels: Pixels, start: float) -> bool:
+    whole = residual(pixels, start) <= _most_residual(pixels)
+    return whole and misfit(pixels) <= MOST_MISFIT and other_periods(pixels, start) == 0
 
 
-def _fault(pixels: Pixels, where: str) -> str:
+def _fault(pixels: Pixels, start: float, where: str) -> str:
     uneven = _uneven(pixels, where)
-    if not uneven and _fine(pixels):
+    if not uneven and _fine(pixels, start):
         return ""
     return (
-        _misplaced(pixels, where)
+        _misplaced(pixels, start, where)
         or uneven
         or (
             f"the images{where} do not follow the fringes of {pixels.fringes.steps} steps: fringe orders are "
-            f"{residual(pixels):.2f} from whole numbers in the median (0.25 is chance); steps, periods or start phase "
-            f"are not those of the projector, images are out of order, or the steps are too few for the projector's "
-            f"gamma"
+            f"{residual(pixels, start):.2f} from whole numbers in the median (0.25 is chance); steps, periods or "
+            f"start phase are not those of the projector, images are out of order, or the steps are too few for the "
+            f"projector's gamma"
         )
     )
 
 
-def _misplaced(pixels: Pixels, where: str) -> str:
+def _misplaced(pixels: Pixels, start: float, where: str) -> str:
     """Say which images are dark, repeated or in the place of another."""
     brightness = pixels.values.mean(axis=1)
     for image in np.flatnonzero(brightness < 0.25 * np.median(brightness)):
@@ -194,18 +201,20 @@ def _misplaced(pixels: Pixels, where: str) -> str:
         for k, here in enumerate(arranged):
             off = misfit(here)
             if off <= MOST_MISFIT:
-                with_start = here.after(start_phase(here) if estimate else pixels.fringes.start)
-                wrong = residual(with_start) + off
-                if wrong < least and _fine(with_start):
+                begin = start_phase(here) if estimate else start
+                wrong = residual(here, begin) + off
+                if wrong < least and _fine(here, begin):
                     best, least = k, wrong
-        if least < 0.6 * (residual(pixels) + misfit(pixels)):
+        if least < 0.6 * (residual(pixels, start) + misfit(pixels)):
             return names[best]
     return ""
 
 
 def _uneven(pixels: Pixels, where: str) -> str:
     """Say which images are brighter or darker than the others of their number of periods."""
-    found = brightness_of_images(pixels)
+    found = brightness_of_images(pixels[:: max(1, pixels.values.shape[1] // _FEW)])
+    if found.ripple_rad + found.scatter_rad > MOST_RIPPLE_RAD:  # few pixels leave it open
+        found = brightness_of_images(pixels)
     if found.ripple_rad <= max(MOST_RIPPLE_RAD, found.scatter_rad):
         return ""
     off = found.off

@@ -6,7 +6,7 @@ Sums over pixels are taken by `einsum` alone: a matrix product of this size woul
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,8 +26,6 @@ class Fringes:
 
     periods: tuple[int, ...]
     steps: int
-    start: float = 0.0
-    """Phase at the field's edge, in turns, the same for all numbers of periods."""
 
     @cached_property
     def plan(self) -> tuple[list[tuple[int, list[int]]], float]:
@@ -43,10 +41,6 @@ class Fringes:
     def turns(self) -> Floats:
         """Phase that each step adds, in turns."""
         return np.arange(self.steps) / self.steps
-
-    def starting(self, turns: float) -> Fringes:
-        """Return the same with another start phase."""
-        return replace(self, start=turns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +87,6 @@ class Pixels:
         """Return the same pixels with the images in another order."""
         return Pixels(self.values[order], self.fringes, self.noise)
 
-    def after(self, start: float) -> Pixels:
-        """Return the same pixels with another start phase."""
-        return Pixels(self.values, self.fringes.starting(start), self.noise)
-
     @cached_property
     def phases(self) -> Floats:
         """(P, M) wrapped phases in turns."""
@@ -124,9 +114,9 @@ def off_orders(pixels: Pixels, starts: float | Floats) -> tuple[Floats, Floats]:
     return np.array(off), np.asarray(place)
 
 
-def residual(pixels: Pixels) -> float:
+def residual(pixels: Pixels, start: float) -> float:
     """Return the median distance of the fringe orders from whole numbers; 0.25 is chance."""
-    return float(np.median(np.abs(off_orders(pixels, pixels.fringes.start)[0]).max(axis=0)))
+    return float(np.median(np.abs(off_orders(pixels, start)[0]).max(axis=0)))
 
 
 def expected_residual(pixels: Pixels) -> float:
@@ -191,11 +181,12 @@ def start_phase(pixels: Pixels) -> float:
     return float((best - _FIRST_START) % 1.0 + _FIRST_START)
 
 
-def other_periods(pixels: Pixels) -> int:
+def other_periods(pixels: Pixels, start: float) -> int:
     """Return by how many periods the images differ, seen by how the orders' distance grows over the field."""
-    off, place = off_orders(pixels, pixels.fringes.start)
-    slopes = np.exp(-2j * np.pi * _SLOPES[:, None] * place)
-    alike = np.abs(np.einsum("sm,km->sk", np.exp(2j * np.pi * off), slopes)) / len(place)
+    off, place = off_orders(pixels, start)
+    slopes = np.vander(np.exp(-2j * np.pi * place), len(_SLOPES), increasing=True)
+    least = np.exp(2j * np.pi * (off - _SLOPES[0] * place))
+    alike = np.abs(np.einsum("sm,mk->sk", least, slopes)) / len(place)
     usual = alike[:, len(_SLOPES) // 2]
     worst = int(np.argmax(alike.max(axis=1) - usual))
     return int(_SLOPES[int(np.argmax(alike[worst]))]) if alike[worst].max() - usual[worst] > 0.1 else 0
