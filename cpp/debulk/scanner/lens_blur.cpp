@@ -58,7 +58,7 @@ void sample_row(const float* phase, const FringeLight& light, int row, float edg
   std::vector<float> rows[2 * reach + 1], across[2 * reach + 1];
   for (int k : {0, 1, 2, 3, 4}) {
     DEBULK_ON(isa, light_of_row(light, row + k - reach, rows[k]));
-    across[k] = across_row(phase + start_of(light, row + k - reach), rows[k], edge);
+    if (k % reach == 0) across[k] = across_row(phase + start_of(light, row + k - reach), rows[k], edge);
   }
   const std::size_t width = rows[0].size();
   const float *above = phase + start_of(light, row - 1), *here = phase + start_of(light, row), *below = phase + start_of(light, row + 1);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 
 #include <Eigen/Dense>
@@ -56,64 +55,72 @@ void SpareSegment::finish(std::vector<LevelVariance>& out) {
 }
 
 void SpareSegment::fit(std::vector<LevelVariance>& out) {
-  const std::size_t count = level_.size(), periods = static_cast<std::size_t>(how_->periods);
-  const std::size_t sets = how_->steps == 3 ? 2 : 1;  // numbers of periods in one combination
-  const std::size_t each = 2 * how_->multiples.size(), terms = 1 + sets * each;
-  const double brightest = *std::max_element(level_.begin(), level_.end());
-  Eigen::MatrixXd design(terms, count), slope = Eigen::MatrixXd::Zero(terms, count);
-  Eigen::VectorXd value(count), weight(count);
-  std::vector<LevelVariance> sums(count);
-  std::vector<double> share(count, 0);  // of the variance of a grey value that the residuals have
-  for (std::size_t i = 0; i < count; ++i) weight(i) = 1 / std::sqrt(level_[i] + 0.01 * brightest);  // the noise of light
+  using Eigen::ArrayXd, Eigen::Index, Eigen::VectorXd;
+  using Strided = Eigen::Map<const ArrayXd, 0, Eigen::InnerStride<>>;
+  const auto count = static_cast<Index>(level_.size()), periods = static_cast<Index>(how_->periods),
+             steps = static_cast<Index>(how_->steps);
+  const Index sets = how_->steps == 3 ? 2 : 1;  // numbers of periods in one combination
+  const Index each = 2 * static_cast<Index>(how_->multiples.size()), terms = 1 + sets * each;
+  const Eigen::Map<const ArrayXd> level(level_.data(), count);
+  const ArrayXd weight = 1 / (level + 0.01 * level.maxCoeff()).sqrt();  // the noise of light
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> design(terms, count);
+  design.row(0) = level;
+  ArrayXd variance = ArrayXd::Zero(count), mean = ArrayXd::Zero(count);
+  ArrayXd share = ArrayXd::Zero(count);  // of the variance of a grey value that the residuals have
 
-  for (std::size_t p = 0; p + sets <= (sets == 2 ? 2 : periods); ++p) {
-    for (std::size_t i = 0; i < count; ++i) {
-      const Fringe* fringe = &fringes_[i * periods + p];
-      value(i) = fringe[0].spare - (sets == 2 ? fringe[1].spare : 0);
-      design(0, i) = level_[i];
-      for (std::size_t set = 0; set < sets; ++set) {
-        const std::complex<double> light(fringe[set].c, fringe[set].s);
-        const double modulation = std::abs(light);
-        const std::complex<double> turn = modulation > 0 ? light / modulation : 1.0;
-        std::complex<double> power = 1;
-        int reached = 0;
-        for (std::size_t j = 0; j < how_->multiples.size(); ++j) {
-          while (reached < how_->multiples[j]) power *= turn, ++reached;
-          const std::size_t at = 1 + set * each + 2 * j;
-          design(at, i) = modulation * power.real(), design(at + 1, i) = modulation * power.imag();
-          slope(at, i) = reached * -power.imag(), slope(at + 1, i) = reached * power.real();
+  for (Index p = 0; p + sets <= (sets == 2 ? 2 : periods); ++p) {
+    const auto part = [&](double Fringe::* which, Index set) {
+      return Strided(&(fringes_[static_cast<std::size_t>(p + set)].*which), count, Eigen::InnerStride<>(3 * periods));
+    };
+    ArrayXd modulation[2];
+    for (Index set = 0; set < sets; ++set) {
+      const auto c = part(&Fringe::c, set), s = part(&Fringe::s, set);
+      modulation[set] = (c.square() + s.square()).sqrt().max(1e-9);
+      const ArrayXd turn_c = c / modulation[set], turn_s = s / modulation[set];
+      ArrayXd power_c = turn_c, power_s = turn_s;
+      Index row = 1 + set * each;
+      int reached = 1;
+      for (const int multiple : how_->multiples) {
+        for (; reached < multiple; ++reached) {
+          const ArrayXd next = power_c * turn_c - power_s * turn_s;
+          power_s = power_c * turn_s + power_s * turn_c, power_c = next;
         }
+        design.row(row++) = modulation[set] * power_c, design.row(row++) = modulation[set] * power_s;
       }
     }
-    const Eigen::MatrixXd weighted = design * weight.asDiagonal();
+    VectorXd value = part(&Fringe::spare, 0);
+    if (sets == 2) value.array() -= part(&Fringe::spare, 1);
+    const auto weighted = (design * weight.matrix().asDiagonal()).eval();
     Eigen::MatrixXd normal = weighted * weighted.transpose();
     normal.diagonal().array() += 1e-9 * normal.trace();  // fringes along the rows do not tell the terms apart
     const Eigen::LLT<Eigen::MatrixXd> factor(normal);
-    const Eigen::VectorXd found = factor.solve(weighted * weight.cwiseProduct(value));
-    const Eigen::VectorXd leverage = factor.matrixL().solve(weighted).colwise().squaredNorm();
-    const Eigen::VectorXd rest = value - design.transpose() * found;
-    for (std::size_t i = 0; i < count; ++i) {
+    const VectorXd found = factor.solve(weighted * (weight * value.array()).matrix());
+    const ArrayXd leverage = factor.matrixL().solve(weighted).colwise().squaredNorm();
+    const ArrayXd rest = value - design.transpose() * found;
+    variance += rest.square() / (1 - leverage).max(0.1);
+    for (Index set = 0; set < sets; ++set) {
       // A grey value's noise enters the residual by its weight in the combination, and by the fringes to which the
       // fitted value belongs. With gamma, both are alike in size.
-      const double kept = std::max(1 - leverage(i), 0.1);
-      sums[i].variance += rest(i) * rest(i) / kept;
-      for (std::size_t set = 0; set < sets; ++set) {
-        const std::size_t at = 1 + set * each;
-        const Fringe& fringe = fringes_[i * periods + p + set];
-        const double modulation = std::max(std::hypot(fringe.c, fringe.s), 1e-9);
-        const double outward = found.segment(at, each).dot(design.col(i).segment(at, each)) / modulation;
-        const double across = found.segment(at, each).dot(slope.col(i).segment(at, each));
-        const double by_c = (outward * fringe.c - across * fringe.s) / modulation;
-        const double by_s = (outward * fringe.s + across * fringe.c) / modulation;
-        for (std::size_t k = 0; k < static_cast<std::size_t>(how_->steps); ++k) {
-          const double moved = 2.0 / how_->steps * (by_c * how_->cosine[k] - by_s * how_->sine[k]);
-          const double by_value = (set == 0 ? how_->weights[k] : -how_->weights[k]) - moved, square = by_value * by_value;
-          share[i] += square, sums[i].level += square * values_[(i * periods + p + set) * static_cast<std::size_t>(how_->steps) + k];
-        }
+      const auto c = part(&Fringe::c, set), s = part(&Fringe::s, set);
+      const auto own = design.middleRows(1 + set * each, each);
+      const VectorXd by_size = found.segment(1 + set * each, each);
+      VectorXd by_turn(each);
+      for (Index j = 0; j < each; j += 2) {
+        const int multiple = how_->multiples[static_cast<std::size_t>(j / 2)];
+        by_turn(j) = multiple * by_size(j + 1), by_turn(j + 1) = -multiple * by_size(j);
+      }
+      const ArrayXd square = modulation[set].square(), outward = own.transpose() * by_size, across = own.transpose() * by_turn;
+      const ArrayXd by_c = (outward * c - across * s) / square, by_s = (outward * s + across * c) / square;
+      for (Index k = 0; k < steps; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const double own_weight = set == 0 ? how_->weights[at] : -how_->weights[at], of_c = 2 * how_->cosine[at], of_s = 2 * how_->sine[at];
+        const ArrayXd by_value = (own_weight - (of_c * by_c - of_s * by_s) / static_cast<double>(steps)).square();
+        share += by_value, mean += by_value * Strided(&values_[static_cast<std::size_t>((p + set) * steps + k)], count,
+                                                      Eigen::InnerStride<>(periods * steps));
       }
     }
   }
-  for (std::size_t i = 0; i < count; ++i) out.push_back({sums[i].level / share[i], sums[i].variance / share[i]});
+  for (Index i = 0; i < count; ++i) out.push_back({mean(i) / share(i), variance(i) / share(i)});
   level_.clear(), fringes_.clear(), values_.clear();
 }
 
