@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,10 +23,17 @@ class Camera:
     """The images of one camera so far, and what was taken of them."""
 
     def __init__(
-        self, name: str, shape: tuple[int, int], periods: tuple[int, ...], steps: int, exposures: int, bits: int | None
+        self,
+        name: str,
+        shape: tuple[int, int],
+        periods: tuple[int, ...],
+        steps: int,
+        exposures: int,
+        bits: int | None,
+        kept: list[Planes],
     ) -> None:
         self.name, self.shape, self.periods, self.steps, self.exposures = name, shape, periods, steps, exposures
-        self.bits = bits
+        self.bits, self.kept = bits, kept
         self.images: list[Image] = []
         self.marks: list[int] = []  # of each image as it came
         self.planes: Planes | None = None
@@ -61,13 +70,9 @@ class Camera:
         if (k + 1) % self.steps or image.dtype.kind == "f" or len(self.images) == self.each * self.exposures:
             return
         if self.planes is None:
-            pixels, count = -(-image.size // 16) * 16, len(self.periods)
-            self.planes = Planes(
-                np.empty((2 + count, pixels), np.float32),
-                np.empty((1 + count, pixels), np.float32) if self.exposures > 1 else None,
-                np.empty(pixels, np.uint8),
-                greatest_grey(image.dtype, self.bits),
-            )
+            planes = self.kept.pop() if self.kept else self._new_planes()
+            weakref.finalize(self, self.kept.append, planes)  # for the next scan
+            self.planes = replace(planes, white=greatest_grey(image.dtype, self.bits))
         _core.scanner.take_in(
             self.images[-self.steps :],
             e,
@@ -78,6 +83,15 @@ class Camera:
             threads=threads,
             widest=4,
             stop=_core.Stop(),
+        )
+
+    def _new_planes(self) -> Planes:
+        pixels, count = -(-self.shape[0] * self.shape[1] // 16) * 16, len(self.periods)
+        return Planes(
+            np.empty((2 + count, pixels), np.float32),
+            np.empty((1 + count, pixels), np.float32) if self.exposures > 1 else None,
+            np.empty(pixels, np.uint8),
+            white=0,
         )
 
     def stack(self) -> list[list[Image]]:

@@ -98,6 +98,7 @@ class Scanner:
             names = ("phase", "noise", "modulation", *more)
             maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
             self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
+        self._planes: tuple[list[Planes], list[Planes]] = [], []  # kept from scans of one exposure, and of several
         self._running = Running()
         self._busy = Guard()
 
@@ -150,7 +151,8 @@ class Scanner:
 
         As soon as all steps of a number of periods are there, their phases are computed; a longer exposure takes the
         place of a shorter one where no step is saturated. The cloud has the bits of `scan`. With the default patterns
-        it takes 17 bytes per pixel and camera more than `scan`, and with several exposures 29.
+        it takes 17 bytes per pixel and camera more than `scan`, and with several exposures 29; when the scan is let go,
+        the scanner keeps them for the next one.
 
         Parameters
         ----------
@@ -171,7 +173,7 @@ class Scanner:
         """
         count = whole("exposures", exposures, 1, 254)
         shape = self.calibration.pixels[1], self.calibration.pixels[0]
-        given = shape, self.periods, self.steps, count, self.bits
+        given = shape, self.periods, self.steps, count, self.bits, self._planes[count > 1]
         cameras = Camera("left_images", *given), Camera("right_images", *given)
         return Arriving(cameras, self._scanned, self.threads)
 

@@ -26,7 +26,7 @@ def decoded(images, periods, steps, bits, planes=None):
 
 
 def taken_in(images, periods, steps, bits):
-    camera = Camera("images", images.shape[2:], periods, steps, len(images), bits)
+    camera = Camera("images", images.shape[2:], periods, steps, len(images), bits, [])
     for image in images.reshape(-1, *images.shape[2:]):
         camera.add(camera.checked(image), threads=2)
     return camera.planes
@@ -91,6 +91,19 @@ def test_the_cloud_has_the_bits_of_a_scan(fringes, scanned):
         assert scanner.right.noise_rad.tobytes() == instrument.right.noise_rad.tobytes()
         assert found.counts == scan.counts
         assert scanner.left.counts == instrument.left.counts | {"read": fringes.left.size}
+
+
+def test_the_next_scan_takes_the_memory_of_one_that_was_let_go(fringes, scanned):
+    scanner = Scanner(fringes.calibration)
+    given_up = arrived(scanner, fringes, 20)
+    memory = {camera.planes.best.ctypes.data for camera in given_up._cameras}
+    other = arrived(scanner, fringes)
+    assert memory.isdisjoint(camera.planes.best.ctypes.data for camera in other._cameras)
+    given_up = None
+    again = arrived(scanner, fringes)
+    assert memory == {camera.planes.best.ctypes.data for camera in again._cameras}
+    for arriving in (other, again):
+        assert arriving.cloud().points_mm.tobytes() == scanned[0].points_mm.tobytes()
 
 
 def test_floats_and_colours_are_taken_too(fringes, scanned):
