@@ -26,14 +26,15 @@ struct Work {
 // Computes the points of a row from its disparities. Those outside the allowed depths become NaN.
 DEBULK_WIDE void triangulate(const StereoGeometry& g, int row, int width, Work& work, const StereoMaps& maps, MatchCounts& counts) {
   const double v = (row - g.cy) / g.focal, shift = g.right_cx - g.left_cx, depth_px = g.focal * g.baseline;
+  const double nearest = g.nearest, furthest = g.furthest;  // copies, which no store can change: then the loop takes several at once
   float *disparity = work.disparity.data(), *sigma = work.sigma.data();
   double *depth = work.depth.data(), *across = work.across.data();
   const std::size_t first = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
   int behind = 0;
   for (int i = 0; i < width; ++i) {
     const double d = disparity[i] + shift, z = depth_px / d;
-    const bool fine = d > 0 && z >= g.nearest && z <= g.furthest;
-    behind += d == d && !fine;
+    const bool fine = (d > 0) & (z >= nearest) & (z <= furthest);
+    behind += (d == d) & !fine;
     disparity[i] = fine ? disparity[i] : nan, sigma[i] = fine ? sigma[i] : nan, depth[i] = fine ? z : nan;
   }
   counts.behind += behind, counts.matched -= behind;
