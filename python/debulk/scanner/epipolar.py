@@ -38,24 +38,31 @@ class Epipolar:
 
 def judge_rows(points: Singles, left: Phase, right: Phase, rectified: Rectified) -> tuple[Epipolar, str]:
     """Measure how well the rows agree, and say what is wrong if they do not."""
-    shifts, textured = row_shifts(points, left, right, rectified)
-    error = float(np.sqrt(np.mean(even(shifts) ** 2))) if len(shifts) >= _LEAST_PATCHES else float("nan")
-    found = Epipolar(error, len(shifts))
+    shifts, textured, error = np.empty((0, 3)), 0, float("nan")
+    most = MOST_ERROR * max(1280, rectified.pixels[0])
+    for half in (0, 1):
+        found, seen = row_shifts(points, left, right, rectified, half)
+        shifts, textured = np.concatenate([shifts, found]), textured + seen
+        if len(shifts) >= _LEAST_PATCHES:
+            error = float(np.sqrt(np.mean(even(shifts) ** 2)))
+        if len(shifts) >= max(4 * _LEAST_PATCHES, textured // 2) and error <= most / 2:
+            break  # the other half of the patches would not change this
+    judged = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
-        return found, ""
+        return judged, ""
     if len(shifts) < max(_LEAST_PATCHES, textured // 3):
-        return found, (
+        return judged, (
             f"the surface's texture agrees in only {len(shifts)} of {textured} patches of the two images: a "
             f"camera was moved "
             "far since the calibration, or the images are of different scans"
         )
-    if error > MOST_ERROR * max(1280, rectified.pixels[0]):
-        return found, (
+    if error > most:
+        return judged, (
             f"points of one row lie {error:.1f} rows apart in the two images: a camera was moved since the "
             f"calibration; "
             "calibrate again"
         )
-    return found, ""
+    return judged, ""
 
 
 def even(shifts: Floats) -> Floats:
@@ -71,18 +78,19 @@ def even(shifts: Floats) -> Floats:
     return np.asarray(fit)
 
 
-def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified) -> tuple[Floats, int]:
+def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified, half: int) -> tuple[Floats, int]:
     """Return the row shift in each patch that agrees, (K, 3) with its place, and the number of patches with texture.
 
-    A place is given relative to the middle of the image, as a fraction of its width.
+    Every other column of patches belongs to the same half. A place is given relative to the middle of the image, as a
+    fraction of its width.
     """
     width, height = rectified.pixels
     shifts, textured = [], 0
     step = max(1, width // _WIDE)
-    half = _HALF * step
-    margin = half + _REACH * step + 1
+    reach = _HALF * step
+    margin = reach + _REACH * step + 1
     for y in np.linspace(margin, height - 1 - margin, _GRID[1]).astype(int):
-        for x in np.linspace(half, width - 1 - half, _GRID[0]).astype(int):
+        for x in np.linspace(reach, width - 1 - reach, _GRID[0]).astype(int)[half::2]:
             found = _patch(int(x), int(y), step, points, left, right, rectified)
             if found is None:
                 continue
