@@ -170,19 +170,17 @@ void bind_scanner(py::module_ m) {
   m.def(
       "decode",
       [](const std::vector<py::array>& images, int exposures, const std::vector<int>& periods, int steps, double saturated,
-         std::pair<double, double> noise, double start, double least_contrast, double most_order_noise, double most_residual,
-         const py::dict& maps, int threads, int widest, const Stop& stop, const py::object& planes) {
+         std::pair<double, double> noise, double start, const py::dict& maps, int threads, int widest, const Stop& stop,
+         const py::object& planes) {
         Decoding how;
         how.steps = steps, how.plan = plan_unwrapping(periods), how.saturated = saturated;
-        how.noise = {noise.first, noise.second}, how.start = start, how.least_contrast = least_contrast;
-        how.most_order_noise = most_order_noise, how.most_residual = most_residual, how.threads = threads;
+        how.noise = {noise.first, noise.second}, how.start = start, how.threads = threads;
         how.isa = widest_isa(widest);
         return bytes(images) ? decode_into<std::uint8_t>(images, exposures, how, maps, stop, planes)
                              : decode_into<std::uint16_t>(images, exposures, how, maps, stop, planes);
       },
       py::arg("images"), py::arg("exposures"), py::kw_only(), py::arg("periods"), py::arg("steps"), py::arg("saturated"), py::arg("noise"),
-      py::arg("start"), py::arg("least_contrast"), py::arg("most_order_noise"), py::arg("most_residual"), py::arg("maps"),
-      py::arg("threads"), py::arg("widest"), py::arg("stop"), py::arg("planes") = py::none());
+      py::arg("start"), py::arg("maps"), py::arg("threads"), py::arg("widest"), py::arg("stop"), py::arg("planes") = py::none());
 
   m.def(
       "take_in",
@@ -240,8 +238,8 @@ void bind_scanner(py::module_ m) {
 
   m.def(
       "match",
-      [](const py::tuple& left, const py::tuple& right, const std::vector<double>& geometry, const py::dict& maps, double edge_ratio,
-         int threads, int widest, const Stop& stop) {
+      [](const py::tuple& left, const py::tuple& right, const std::vector<double>& geometry, const py::dict& maps, int threads, int widest,
+         const Stop& stop) {
         const PhaseView from_left = view_of(left, "left"), from_right = view_of(right, "right");
         require(geometry.empty() || geometry.size() == 7, "geometry", "focal, left_cx, right_cx, cy, baseline, nearest, furthest",
                 geometry.size());
@@ -255,7 +253,7 @@ void bind_scanner(py::module_ m) {
         out.points = target<float>(wanted("points"), {height, width, 3}, "points");
         out.uncertainty = target<float>(wanted("uncertainty"), {height, width}, "uncertainty");
         StereoOptions options;
-        options.edge_ratio = edge_ratio, options.threads = threads, options.isa = widest_isa(widest);
+        options.threads = threads, options.isa = widest_isa(widest);
         MatchCounts counts;
         {
           py::gil_scoped_release release;
@@ -266,8 +264,8 @@ void bind_scanner(py::module_ m) {
         result["ambiguous"] = counts.ambiguous, result["behind"] = counts.behind;
         return result;
       },
-      py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("edge_ratio"), py::arg("threads"),
-      py::arg("widest"), py::arg("stop"));
+      py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("threads"), py::arg("widest"),
+      py::arg("stop"));
 }
 
 }  // namespace debulk

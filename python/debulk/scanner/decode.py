@@ -84,7 +84,6 @@ def decode(
     blur_px: float | None = None,
     start_phase_rad: float | None = None,
     threads: int = 0,
-    stop: _core.Stop | None = None,
 ) -> Phase:
     """Decode the fringe images of one camera, taken with one or several exposures.
 
@@ -120,8 +119,6 @@ def decode(
         the first, ``left.start_phase_rad``, lest one be estimated near 6.03 and the other a turn below, near -0.25.
     threads
         Number of threads; 0 means as many as the process may use. The result does not depend on it.
-    stop
-        Cancelling it from another thread ends the computation soon.
 
     Returns
     -------
@@ -145,16 +142,17 @@ def decode(
     True
     """
     numbers, count, blur = checked_periods(periods), checked_steps(steps, periods), checked_blur(blur_px)
-    stack = checked_stack(images, count * len(numbers), bits=bits)
-    stop = stop or _core.Stop()
+    stack, stop = checked_stack(images, count * len(numbers), bits=bits), _core.Stop()
     noise = noise_of(stack, count, sensor_noise, threads, stop)
     start = refuse_faults(stack, numbers, count, noise, checked_start(start_phase_rad))
-    shape = stack.shape
-    maps: dict[str, Any] = {
-        name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")
-    }
-    maps["exposure"] = np.empty(shape, np.uint8)
+    maps = empty_maps(stack.shape, "offset", "residual")
     return decode_into(maps, stack, numbers, count, noise, start, blur, threads, stop)
+
+
+def empty_maps(shape: tuple[int, int], *more: str) -> dict[str, Any]:
+    """Return memory for the maps that every decoding makes, and for more of them."""
+    maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", *more)}
+    return maps | {"exposure": np.empty(shape, np.uint8)}
 
 
 def checked_blur(blur_px: float | None) -> float | None:
@@ -177,8 +175,13 @@ def noise_of(
     stack: Stack, steps: int, sensor_noise: tuple[float, float] | None, threads: int, stop: _core.Stop
 ) -> tuple[float, float]:
     """Check the sensor's noise, or estimate it from the images."""
-    if sensor_noise is None:
-        return _core.scanner.sensor_noise(list(stack.images), stack.exposures, steps, float(stack.white), threads, stop)
+    if sensor_noise is not None:
+        return checked_noise(sensor_noise)
+    return _core.scanner.sensor_noise(list(stack.images), stack.exposures, steps, float(stack.white), threads, stop)
+
+
+def checked_noise(sensor_noise: tuple[float, float]) -> tuple[float, float]:
+    """Check the sensor's noise."""
     if not (len(sensor_noise) == 2 and sensor_noise[0] >= 0 and sensor_noise[1] >= 0 and sum(sensor_noise) > 0):
         raise InputError(
             f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
@@ -200,8 +203,7 @@ def decode_into(
     planes: Planes | None = None,
 ) -> Phase:
     """Decode into memory that the caller keeps; ``widest``: 2, 3 or 4 for SSE4, AVX2 or AVX-512 at most."""
-    core = _core.scanner
-    counts = core.decode(
+    counts = _core.scanner.decode(
         list(stack.images),
         stack.exposures,
         periods=list(periods),
@@ -209,18 +211,32 @@ def decode_into(
         saturated=float(stack.white),
         noise=noise,
         start=start,
-        least_contrast=5.0,
-        most_order_noise=0.25,
-        most_residual=0.35,
         maps=maps,
         threads=threads,
         widest=widest,
         stop=stop,
         planes=None if planes is None or planes.white != stack.white else planes.arrays,
     )
-    brightness = stack.brightness(3)
+    return phase_of(maps, stack, periods, noise, 2 * np.pi * start, blur_px, counts, threads, stop, widest)
+
+
+def phase_of(
+    maps: dict[str, Any],
+    stack: Stack,
+    periods: tuple[int, ...],
+    noise: tuple[float, float],
+    start_rad: float,
+    blur_px: float | None,
+    counts: Mapping[str, int],
+    threads: int,
+    stop: _core.Stop,
+    widest: int = 4,
+) -> Phase:
+    """Remove the blur from a decoded phase, and return it with all maps."""
+    brightness = stack.brightness()
     light = maps["modulation"], maps["exposure"], brightness
-    variance = core.take_out_blur(maps["phase"], *light, -1.0 if blur_px is None else blur_px**2, threads, widest, stop)
+    given = -1.0 if blur_px is None else blur_px**2
+    variance = _core.scanner.take_out_blur(maps["phase"], *light, given, threads, widest, stop)
     return Phase(
         maps["phase"],
         maps["noise"],
@@ -232,6 +248,6 @@ def decode_into(
         noise,
         float(np.sqrt(variance)),
         periods,
-        2 * np.pi * start,
+        start_rad,
         counts,
     )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.arrays import Singles
-from debulk.scanner.decode import NO_EXPOSURE, Phase, checked_blur
+from debulk.scanner.decode import NO_EXPOSURE, Phase, checked_blur, checked_noise, empty_maps, phase_of
 from debulk.scanner.gray_code import Code, most_residual, order_of, place_of
 from debulk.scanner.gray_faults import fault_of_code, neighbours
 from debulk.scanner.gray_images import GrayLight, GrayStacks, checked_gray_stacks
@@ -40,7 +40,6 @@ def decode_gray(
     sensor_noise: tuple[float, float] | None = None,
     blur_px: float | None = None,
     threads: int = 0,
-    stop: _core.Stop | None = None,
 ) -> Phase:
     """Decode the images of one camera of fringes and a Gray code, as `gray_patterns` makes them.
 
@@ -68,7 +67,7 @@ def decode_gray(
     start_rad
         Phase of the fringes where the code's periods begin, such as π for patterns that begin with black. The phase
         that is returned counts from 0 there.
-    bits, sensor_noise, blur_px, threads, stop
+    bits, sensor_noise, blur_px, threads
         As in `decode`. With three steps the sensor's noise cannot be estimated, and ``noise_rad`` is NaN if it is not
         given.
 
@@ -97,57 +96,28 @@ def decode_gray(
     stacks = checked_gray_stacks(images, gray_images, inverted, white_black, count, moves, bits)
     if not np.isfinite(start_rad):
         raise InputError(f"start_rad: expected a phase in rad, but got {start_rad!r}")
-    if sensor_noise is not None and not (len(sensor_noise) == 2 and min(sensor_noise) >= 0 and sum(sensor_noise) > 0):
-        raise InputError(
-            f"sensor_noise: expected (a, b), not negative, for the variance a + b · value, but got {sensor_noise!r}"
-        )
-    blur, start, stop = checked_blur(blur_px), float(start_rad) / (2 * np.pi), stop or _core.Stop()
+    given = None if sensor_noise is None else checked_noise(sensor_noise)
+    blur, start, stop = checked_blur(blur_px), float(start_rad) / (2 * np.pi), _core.Stop()
     estimated = _refuse_faults(stacks, start)
-    known = sensor_noise or estimated
+    known = given or estimated
     noise = known or (1.0, 0.0)  # only to tell what is lit
 
-    shape = stacks.fringes.shape
-    maps = {name: np.empty(shape, np.float32) for name in ("phase", "noise", "modulation", "offset", "residual")}
-    exposure = np.empty(shape, np.uint8)
+    maps = empty_maps(stacks.fringes.shape, "offset", "residual")
     lit, doubtful = 0, 0
-    for row in range(0, shape[0], _STRIP):
-        if stop.now():
-            raise _core.Stopped("the decoding was stopped")
+    for row in range(0, len(maps["phase"]), _STRIP):
         rows = slice(row, row + _STRIP)
         light = stacks.light(rows)
-        exposure[rows] = light.exposure
-        here = _decode(light, stacks.cells, count, start, noise)
+        here = _decode(light, stacks.cells, count, start, noise) | {"exposure": light.exposure}
         lit += int(np.count_nonzero(np.isfinite(here["noise"])))
         doubtful += int(np.count_nonzero(here["phase"] < 0))
         for name, part in here.items():
             maps[name][rows] = part
     beside = _core.scanner.check_neighbours(maps["phase"], 2 * np.pi, threads, 4, stop)
-    light_of = maps["modulation"], exposure, stacks.fringes.brightness()
-    variance = _core.scanner.take_out_blur(
-        maps["phase"], *light_of, -1.0 if blur is None else blur**2, threads, 4, stop
-    )
     if known is None:
         maps["noise"][:] = np.nan
-    counts = {
-        "lit": lit,
-        "doubtful": doubtful,
-        **beside,
-        "saturated": int(np.count_nonzero(exposure == NO_EXPOSURE)),
-    }
-    return Phase(
-        maps["phase"],
-        maps["noise"],
-        maps["modulation"],
-        exposure,
-        maps["offset"],
-        maps["residual"],
-        light_of[2],
-        (float(noise[0]), float(noise[1])),
-        float(np.sqrt(variance)),
-        (count,),
-        float(start_rad),
-        counts,
-    )
+    saturated = int(np.count_nonzero(maps["exposure"] == NO_EXPOSURE))
+    counts = {"lit": lit, "doubtful": doubtful, **beside, "saturated": saturated}
+    return phase_of(maps, stacks.fringes, (count,), noise, float(start_rad), blur, counts, threads, stop)
 
 
 def _decode(light: GrayLight, cells: int, periods: int, start: float, noise: tuple[float, float]) -> dict[str, Singles]:

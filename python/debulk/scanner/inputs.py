@@ -89,8 +89,8 @@ class Stack:
         each = len(self.images) // self.exposures
         return self.images[e * each : (e + 1) * each]
 
-    def brightness(self, images: int | None = None) -> tuple[float, ...]:
-        """Return the brightness of each exposure relative to the shortest, by its first few images, or by all.
+    def brightness(self) -> tuple[float, ...]:
+        """Return the brightness of each exposure relative to the shortest, by its first three images.
 
         It is read from pixels that are bright in the longer of two exposures, and not saturated.
         """
@@ -98,7 +98,7 @@ class Stack:
         out = [1.0]
         for e in range(1, self.exposures):
             before, here = (
-                np.stack([image[::step, ::step] for image in self.exposure(k)[:images]]).astype(np.float64)
+                np.stack([image[::step, ::step] for image in self.exposure(k)[:3]]).astype(np.float64)
                 for k in (e - 1, e)
             )
             fine = (here < self.white) & (here > 0.3 * self.white)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from debulk import _core
@@ -14,7 +13,7 @@ from debulk.arrays import Singles
 from debulk.forking import Guard
 from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
-from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, noise_of
+from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, empty_maps, noise_of
 from debulk.scanner.faults import ClearPixels, clear_pixels
 from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
@@ -93,11 +92,7 @@ class Scanner:
         self.right: Phase | None = None
         calibration.rectified  # noqa: B018  prepared now, not in the first cycle
         shape = calibration.pixels[1], calibration.pixels[0]
-        self._maps: list[dict[str, Any]] = []
-        for more in (("residual",) if details else (), ()):
-            names = ("phase", "noise", "modulation", *more)
-            maps: dict[str, Any] = {name: np.empty(shape, np.float32) for name in names}
-            self._maps.append(maps | {"exposure": np.empty(shape, np.uint8)})
+        self._maps = empty_maps(shape, *(("residual",) if details else ())), empty_maps(shape)
         self._planes: tuple[list[Planes], list[Planes]] = [], []  # kept from scans of one exposure, and of several
         self._running = Running()
         self._busy = Guard()

@@ -18,8 +18,6 @@ from debulk.scanner.epipolar import Epipolar, judge_rows
 from debulk.scanner.inputs import InputError
 from debulk.scanner.third_view import disagreement
 
-EDGE_RATIO = 3.0
-"""Neighbouring phases farther apart than this many of the image's median steps lie on two sides of an edge."""
 LEAST_MATCHED = 0.3
 """If a smaller share of the seen pixels finds a partner, the cameras do not look at the same scene."""
 
@@ -74,7 +72,7 @@ def match(left: Phase | ArrayLike, right: Phase | ArrayLike, *, threads: int = 0
         raise InputError(f"right: expected {shape[0]} rows like the left, but got shape {views[1][0].shape}")
     disparity, sigma = np.empty(shape, np.float32), np.empty(shape, np.float32)
     maps = {"disparity": disparity, "sigma": sigma}
-    _core.scanner.match(*views, [], maps, edge_ratio=EDGE_RATIO, threads=threads, widest=4, stop=_core.Stop())
+    _core.scanner.match(*views, [], maps, threads=threads, widest=4, stop=_core.Stop())
     return disparity, sigma
 
 
@@ -85,7 +83,6 @@ def triangulate(
     calibration: Calibration,
     *,
     threads: int = 0,
-    stop: _core.Stop | None = None,
 ) -> Scan:
     """Triangulate two absolute phase maps.
 
@@ -101,8 +98,6 @@ def triangulate(
         Calibration of the two cameras. Its rectification is prepared in the first call.
     threads
         Number of threads; 0 means as many as the process may use. The result does not depend on it.
-    stop
-        Cancelling it from another thread ends the computation soon.
 
     Returns
     -------
@@ -126,7 +121,7 @@ def triangulate(
     1000.0
     """
     points, uncertainty = empty_cloud(calibration)
-    return triangulate_into(points, uncertainty, left, right, calibration, threads, stop or _core.Stop())
+    return triangulate_into(points, uncertainty, left, right, calibration, threads, _core.Stop())
 
 
 def empty_cloud(calibration: Calibration) -> tuple[Singles, Singles]:
@@ -156,11 +151,7 @@ def triangulate_into(
     def run(first: Any, second: Any) -> dict[str, int]:
         maps = {"points": points, "uncertainty": uncertainty}
         geometry = _geometry(rectified)
-        return dict(
-            _core.scanner.match(
-                first, second, geometry, maps, edge_ratio=EDGE_RATIO, threads=threads, widest=widest, stop=stop
-            )
-        )
+        return dict(_core.scanner.match(first, second, geometry, maps, threads=threads, widest=widest, stop=stop))
 
     counts = run(*views)
     epipolar = None
