@@ -43,6 +43,13 @@ def test_a_mark_for_nothing_seen_is_refused_and_the_remedy_takes_it_out(mark):
         assert np.array_equal(np.isnan(remedied(cloud, caught.value)).all(axis=-1), unseen)
 
 
+def test_a_patch_of_the_origin_is_refused_that_is_a_two_thousandth_of_the_scan():
+    scan = LAYUP.scan.copy()
+    scan[200:212, 300:312] = 0.0
+    with pytest.raises(InputError, match=r"scan: .* of them lie at \(0, 0, 0\)"):
+        inspector(LAYUP.reference).inspect(scan)
+
+
 def test_a_point_at_the_origin_and_rounded_points_are_none():
     scan = np.round(LAYUP.scan, 1)
     scan[0, 0] = 0.0

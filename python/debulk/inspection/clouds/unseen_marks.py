@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.inspection.clouds.thinning import complete
 
-_MOST = 0.001  # of the points may share a place, as in files
+_MOST = 0.001  # of the points may share another place than the origin, as where a list holds each point several times
 _FEW = 3  # points of a sample may share a place, by rounding or by chance at the origin
 
 
@@ -28,9 +28,9 @@ def refuse_marks(points: NDArray[np.float32], name: str) -> None:
     outermost = np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])
     for place in (np.zeros(3, dtype=points.dtype), *points[outermost]):
         at = np.count_nonzero(complete(points == place))
-        if at > max(_FEW, _MOST * len(points)):
+        if at > (max(_FEW, _MOST * len(points)) if place.any() else _FEW):
             where = ", ".join(f"{value:g}" for value in place)
             raise InputError(
-                f"{name}: expected points of a scan, but {at / len(points):.1%} of them lie at ({where}), as a mark "
+                f"{name}: expected points of a scan, but {at / len(points):.2%} of them lie at ({where}), as a mark "
                 f"for what was not seen; write NaN there: points[np.isclose(points, ({where})).all(axis=-1)] = np.nan"
             )
