@@ -68,8 +68,8 @@ def main() -> None:
     except typer.Exit as end:
         sys.exit(end.exit_code)
     finally:
-        for number in (signal.SIGINT, signal.SIGTERM):  # all is done: nothing can be ended any more
-            signal.signal(number, signal.SIG_IGN)
+        for number in (signal.SIGINT, signal.SIGTERM):  # all is done: Python's own end may be cut short
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _interrupt(number: int, _frame: object) -> None:

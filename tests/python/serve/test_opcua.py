@@ -83,7 +83,7 @@ def test_an_evaluation_is_the_standards(vision, verdict):
 
     async def asked():
         async with Standard(url) as client:
-            await client.listen()
+            await client.listen(period_ms=600_000)  # a verdict does not wait for it
             cell.post(part="by HTTP")
             await client.heard(1)
             return client.events[0][1]

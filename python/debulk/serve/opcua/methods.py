@@ -56,24 +56,22 @@ class Methods:
     async def halt(self, _parent: Any, *_: Any) -> list[Any]:
         """Accept no more scans, also none by HTTP; what runs is ended, and what waits is not inspected."""
         self.service.closed = _HALTED
-        await self._end_all(_HALTED)
+        await self._end("Abort")
+        self.service.withdraw(_HALTED)
         self._states.machine = "Halted"
         self._on_change("")
         return [_int(0)]
 
     async def reset(self, _parent: Any, *_: Any) -> list[Any]:
         """End whatever runs, and be as at the start."""
-        await self._end_all("ended by the method Reset of OPC UA")
+        await self._end("Abort")
+        self.service.withdraw("ended by the method Reset of OPC UA")
         self._states.machine = "Preoperational"
         self._on_change("")
         self.service.closed, self._states.prepared = "", True
         self._states.machine = "Operational"
         self._on_change("Auto")
         return [_int(0)]
-
-    async def _end_all(self, reason: str) -> None:
-        await self._end("Abort")
-        self.service.withdraw(reason)
 
     async def abort(self, _parent: Any, *_: Any) -> list[Any]:
         """End the running job; scans of it that have no result yet are INVALID."""
@@ -86,17 +84,17 @@ class Methods:
         return [_int(0)]
 
     async def _end(self, how: str) -> None:
-        states, running = self._states, self.service.running
+        states, job = self._states, self._states.continuous
         if states.mode not in EXECUTING:
             return
         states.ended_by = how
-        if states.continuous is not None:
-            await (states.continuous.stop() if how == "Stop" else states.continuous.abort())
+        if job is not None:
+            await (job.stop() if how == "Stop" else job.abort())
         if how == "Abort":
-            if states.continuous is not None:
-                self.service.withdraw("ended by the method Abort of OPC UA", states.continuous.scans)
-            if running is not None:
-                running.inspector.cancel()
+            if job is not None:
+                self.service.withdraw("ended by the method Abort of OPC UA", job.scans)
+            if self.service.running is not None:
+                self.service.running.inspector.cancel()
         self._on_change(how)
 
     async def start_single_job(self, _parent: Any, meas: Any, *given: Any) -> list[Any]:
@@ -176,9 +174,8 @@ class Methods:
         states = self._states
         if not self._is_ours(recipe):
             return -404
-        if states.mode not in ("Ready", "Initialized", *(EXECUTING if wanted else ())):
-            return -409
-        if not wanted and (self.service.waiting or not states.prepared):
+        needed = states.mode in EXECUTING or self.service.waiting
+        if not states.mode or not (wanted or (states.prepared and not needed)):
             return -409
         states.prepared = wanted
         self.service.closed = "" if wanted else _UNPREPARED

@@ -109,13 +109,13 @@ class MachineVision:
                 log.exception("a fault of debulk's while OPC UA was told of %s", news)
 
     async def _publish(self) -> None:
-        """Send events now: up to a publishing interval is saved, and one turn of waiting for a busy processor.
+        """Send events now, not at the next publishing interval.
 
-        A client that has asked for nothing more meanwhile gets them when it asks; trying again would let its
+        A client that has not asked again since its last ones gets these when it asks; to try meanwhile would let its
         subscription expire.
         """
         for subscription in list(self._server.iserver.subscription_service.subscriptions.values()):
-            if not subscription._publish_cycles_count:
+            if not getattr(subscription, "_publish_cycles_count", 1):
                 await subscription.publish_results()
 
     async def _tell_result(self, result: Result) -> None:
