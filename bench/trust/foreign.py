@@ -17,7 +17,9 @@ from functools import partial
 
 import cv2
 import numpy as np
+from scipy.fft import dctn, idctn
 from scipy.interpolate import RBFInterpolator
+from scipy.ndimage import median_filter
 
 import debulk
 
@@ -151,6 +153,46 @@ def overlaps(rng):
     """Tapes that overlap by 1.5 to 4 mm."""
     wide, lap = rng.uniform(30, 70), rng.uniform(1.5, 4)
     return plain(rng, rest=lambda x, y: T_MM * np.clip(lap / 2 + 1 - np.abs((y + wide / 2) % wide - wide / 2), 0, 1))
+
+
+def joggle(rng):
+    at, rise, run = rng.uniform(90, 190), rng.uniform(1, 5), rng.uniform(3, 10)
+    return plain(rng, mold=lambda x, y: rise * (np.tanh((x + 0.1 * y - at) / run * 2) + 1) / 2)
+
+
+def beads(rng):
+    pitch, high = rng.uniform(45, 90), rng.uniform(2, 6)
+    return plain(rng, mold=lambda x, y: high * np.sin(2 * np.pi * x / pitch) + 0 * y)
+
+
+def in_a_row(rng):
+    """Five narrow bumps along one fibre, 8 mm of ply between them."""
+    a, b = rng.uniform(5, 8), rng.uniform(10, 20)
+    return plain(rng, bumps=[(1.0, 90 + i * (2 * a + 8), 110.0, a, b, 0.0, "bell") for i in range(5)])
+
+
+def diagonal(rng):
+    a, turn = rng.uniform(6, 14), rng.choice([-1, 1]) * np.pi / 4
+    return plain(rng, bumps=[(1.0, 140.0, 110.0, a, 4 * a, turn, "bell")])
+
+
+def dented(rng):
+    a, low = rng.uniform(18, 35), -rng.uniform(0.4, 0.9)
+    dent = (low, 140 + rng.uniform(-6, 6), 110.0, a / 2, a / 2, 0.0, "bell")
+    return plain(rng, bumps=[(1.0, 140.0, 110.0, a, a, 0.0, "cap"), dent])
+
+
+def pyramid(rng):
+    """Three plane faces that meet in a point."""
+    part, a, turn = (
+        plain(rng, bumps=[(0.0, 140.0, 110.0, 1.0, 1.0, 0.0, "bell")]),
+        rng.uniform(12, 30),
+        rng.uniform(0, 2),
+    )
+    across = [(np.cos(t), np.sin(t)) for t in turn + 2 * np.pi / 3 * np.arange(3)]
+    faces = lambda x, y: [1 - 2 * (c * (x - 140) + s * (y - 110)) / a for c, s in across]  # noqa: E731
+    part.lift = lambda x, y: part.factor * a / 12 * np.maximum(np.minimum.reduce(faces(x, y)), 0)
+    return part
 
 
 # Chains
@@ -366,6 +408,96 @@ def half_outlined(rng, part):
     return scans(rng, part)
 
 
+def top_of(cloud):
+    """The place of what stands out most."""
+    rest = cloud[..., 2] - blurred(cloud[..., 2], 18)
+    return cloud[np.unravel_index(np.argmax(rest), rest.shape)]
+
+
+def slipped(rng, cloud):
+    """The phase of a rectangle over a pocket was unwrapped by one fringe too few."""
+    x, y, _ = top_of(cloud)
+    a, b = rng.uniform(8, 40, 2)
+    inside = (np.abs(cloud[..., 0] - x) < a) & (np.abs(cloud[..., 1] - y) < b)
+    return raised(cloud, np.where(inside, -rng.uniform(0.5, 6), 0.0))
+
+
+def rippled(rng, cloud):
+    """The ply moved while the patterns were shown: waves of a multiple of the fringes' frequency."""
+    return raised(cloud, rng.uniform(0.02, 0.15) * np.sin(2 * np.pi * cloud[..., 0] / rng.uniform(3, 20)))
+
+
+def strips(rng, cloud):
+    """Strips that were taken one after the other, while the scanner drifted."""
+    number = np.floor((cloud[..., 1] + BORDER_MM + 1) / rng.uniform(20, 60)).astype(int)
+    drift = np.cumsum(rng.normal(0, rng.uniform(0.01, 0.06), number.max() + 1))
+    return raised(cloud, (drift - drift.mean())[number])
+
+
+def half_precision(rng, part):
+    """Exported as float16, near by or a metre off."""
+    scan, reference, _ = scans(rng, part, image=True)
+    pose, far = np.eye(4), np.array([0.0, 0.0, rng.choice([0.0, -400.0, -1000.0])])
+    pose[:3, 3] = -far
+    return (scan + far).astype(np.float16).astype(np.float32), reference + far, {"mold_from_scanner": pose}
+
+
+def reordered(rng, part):
+    """The image's rows are swapped in pairs, begin in the middle, or come by halves."""
+    scan, reference, how = scans(rng, part, image=True)
+    n = np.arange(len(scan))
+    return (
+        scan[[np.minimum(n ^ 1, len(scan) - 1), np.roll(n, 80), np.argsort(n % 2, kind="stable")][rng.integers(3)]],
+        reference,
+        how,
+    )
+
+
+def despiked(rng, cloud):
+    """What stands out from a median over 11 to 41 points is taken for outliers: deleted, or set to the median."""
+    z = cloud[..., 2]
+    middle = median_filter(z, int(rng.integers(11, 41)))
+    return np.dstack(
+        [cloud[..., :2], np.where(np.abs(z - middle) > rng.uniform(0.2, 0.8), rng.choice([np.nan, 1]) * middle, z)]
+    )
+
+
+def compressed(rng, cloud):
+    """Coded as a video is: the cosines of 8 by 8 pixels are rounded, high ones more coarsely."""
+    h, w = (n // 8 * 8 for n in cloud.shape[:2])
+    steps = rng.uniform(0.1, 0.6) * (1 + np.add.outer(np.arange(8), np.arange(8)) * rng.uniform(0, 0.7))
+    blocks = dctn(cloud[:h, :w, 2].reshape(h // 8, 8, w // 8, 8), axes=(1, 3), norm="ortho")
+    each = steps[None, :, None, :]
+    z = idctn(np.round(blocks / each) * each, axes=(1, 3), norm="ortho")
+    return np.dstack([cloud[:h, :w, :2], z.reshape(h, w)])
+
+
+def levelled(rng, part):
+    """Each row or column is moved to the level of the others by its mean or median height."""
+    scan, reference, how = scans(rng, part, image=True)
+    above, mean = scan[..., 2] - part.mold(scan[..., 0], scan[..., 1]), [np.mean, np.median][rng.integers(2)]
+    return raised(scan, mean(above) - mean(above, axis=int(rng.integers(2)), keepdims=True)), reference, how
+
+
+def grained(rng, cloud):
+    """Smoothed, with white noise added to it afterwards."""
+    return smoothed(rng, cloud) + rng.normal(0, 0.02, cloud.shape) * [0, 0, 1]
+
+
+def without_outline(chain):
+    def given(rng, part):
+        part.outline = None
+        return chain(rng, part)
+
+    return given
+
+
+def before_debulk(rng, part):
+    """The reference was scanned before the ply below was debulked: it has the pocket already, or most of it."""
+    scan, reference, how = scans(rng, part)
+    return scan, raised(reference, rng.uniform(0.3, 1.0) * part.lift(reference[..., 0], reference[..., 1])), how
+
+
 CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether the class is right
     "plain": (plain, scans, True),
     "small bumps": (small, scans, True),
@@ -408,6 +540,24 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "bilateral, 2 mm": (small, partial(scans, change=bilateral, dx=2.0, dy=2.0), False),
     "pocket at the border": (plain, at_border, False),
     "half outlined": (plain, half_outlined, False),
+    "joggle": (joggle, scans, True),
+    "beads": (beads, scans, True),
+    "five in a row": (in_a_row, scans, True),
+    "diagonal": (diagonal, scans, True),
+    "dented": (dented, scans, True),
+    "pyramid": (pyramid, scans, True),
+    "fringe slipped": (plain, partial(scans, change=slipped, both=False), False),
+    "rippled": (plain, partial(scans, change=rippled, both=False), False),
+    "strips that drift": (plain, partial(scans, change=strips, both=False), False),
+    "float16": (plain, half_precision, False),
+    "rows reordered": (plain, reordered, False),
+    "despiked": (small, partial(scans, change=despiked, both=False), False),
+    "compressed": (small, partial(scans, change=compressed), False),
+    "rows levelled": (plain, levelled, False),
+    "no outline": (plain, without_outline(scans), True),
+    "averaged, no outline": (plain, without_outline(averaged), False),
+    "grained, no outline": (small, without_outline(partial(scans, change=grained, image=True)), False),
+    "before debulk": (plain, before_debulk, False),
 }
 
 
