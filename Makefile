@@ -214,8 +214,8 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/third.py --out bench/trust/third.txt
 	$(python) bench/trust/lines.py --out bench/trust/lines.txt
 	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
-	$(python) bench/trust/foreign.py --scenes 1 --seed 4 > bench/trust/foreign.txt
-	$(python) bench/trust/foreign.py --scenes 1 --seed 5 >> bench/trust/foreign.txt
+	$(python) bench/trust/foreign.py --scenes 1 --seed 40 > bench/trust/foreign.txt
+	$(python) bench/trust/foreign.py --scenes 1 --seed 41 >> bench/trust/foreign.txt
 	$(python) bench/trust/setups.py --out bench/trust/setups.txt
 	$(python) bench/trust/outlines.py --layups 2 --out bench/trust/outlines.txt
 

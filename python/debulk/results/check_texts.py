@@ -238,8 +238,9 @@ CHECK_TEXTS = (
     CheckText(
         "filled",
         "A patch carries no measuring noise",
-        "squares of 12 by 12 pixels whose noise is a tenth of the scan's, or which show fewer roundings",
-        "together the area of the smallest pocket, 2 cm² at most",
+        "squares of 12 by 12 pixels whose noise is a tenth of the scan's, or which show fewer roundings; in a list of "
+        "points, and where such squares are too wide, windows of 7 by 7 pixels",
+        "together the area of the smallest pocket, 2 cm² at most; by windows half of that",
         "switch the scanner's hole filling and clipping off, or give the raw cloud",
         (INVALID, UNDECIDED),
     ),
