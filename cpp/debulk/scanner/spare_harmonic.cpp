@@ -9,8 +9,8 @@
 namespace debulk {
 namespace {
 
-constexpr std::size_t segment = 256;  // pixels that are fitted together
-constexpr int highest = 18;           // multiple of the phase; the harmonics of a gamma of 0.45 are below 0.4 % from here on
+constexpr int segment = 256;  // pixels that are fitted together
+constexpr int highest = 18;   // multiple of the phase; the harmonics of a gamma of 0.45 are below 0.4 % from here on
 constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
@@ -28,55 +28,46 @@ SpareHarmonic::SpareHarmonic(int step_count, int period_count) : steps(step_coun
     if (n % steps == harmonic || (n + harmonic) % steps == 0) multiples.push_back(n);
 }
 
+SpareSegment::SpareSegment(const SpareHarmonic& how)
+    : how_(&how), values_(static_cast<std::size_t>(how.steps * how.periods) * static_cast<std::size_t>(segment)) {}
+
 void SpareSegment::add(const double* values, std::vector<LevelVariance>& out) {
-  const SpareHarmonic& how = *how_;
-  const int images = how.steps * how.periods;
+  const int images = how_->steps * how_->periods;
   // Grey values are cut off at zero. A pixel that is dark in so many images shows less than its noise.
   if (4 * std::count(values, values + images, 0.0) > images) return;
-  double total = 0;
-  for (int p = 0; p < how.periods; ++p) {
-    Fringe fringe{};
-    for (int k = 0; k < how.steps; ++k) {
-      const double v = values[p * how.steps + k];
-      const std::size_t at = static_cast<std::size_t>(k);
-      total += v, fringe.c += v * how.cosine[at], fringe.s -= v * how.sine[at], fringe.spare += v * how.weights[at];
-    }
-    fringe.c *= 2.0 / how.steps, fringe.s *= 2.0 / how.steps;
-    fringes_.push_back(fringe);
-  }
-  level_.push_back(total / images);
-  values_.insert(values_.end(), values, values + images);
-  if (level_.size() == segment) fit(out);
+  for (int k = 0; k < images; ++k) values_[static_cast<std::size_t>(k * segment + count_)] = values[k];
+  if (++count_ == segment) fit(out);
 }
 
 void SpareSegment::finish(std::vector<LevelVariance>& out) {
-  const std::size_t terms = 1 + 2 * how_->multiples.size() * (how_->steps == 3 ? 2 : 1);
-  if (level_.size() >= 3 * terms) fit(out);
+  const int terms = 1 + 2 * static_cast<int>(how_->multiples.size()) * (how_->steps == 3 ? 2 : 1);
+  if (count_ >= 3 * terms) fit(out);
 }
 
 void SpareSegment::fit(std::vector<LevelVariance>& out) {
   using Eigen::ArrayXd, Eigen::Index, Eigen::VectorXd;
-  using Strided = Eigen::Map<const ArrayXd, 0, Eigen::InnerStride<>>;
-  const auto count = static_cast<Index>(level_.size()), periods = static_cast<Index>(how_->periods),
-             steps = static_cast<Index>(how_->steps);
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Index count = count_, periods = how_->periods, steps = how_->steps;
   const Index sets = how_->steps == 3 ? 2 : 1;  // numbers of periods in one combination
   const Index each = 2 * static_cast<Index>(how_->multiples.size()), terms = 1 + sets * each;
-  const Eigen::Map<const ArrayXd> level(level_.data(), count);
+  const Eigen::Map<const Rows, 0, Eigen::OuterStride<>> values(values_.data(), periods * steps, count, Eigen::OuterStride<>(segment));
+  const ArrayXd level = values.colwise().mean();
   const ArrayXd weight = 1 / (level + 0.01 * level.maxCoeff()).sqrt();  // the noise of light
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> design(terms, count);
+  Rows design(terms, count);
   design.row(0) = level;
   ArrayXd variance = ArrayXd::Zero(count), mean = ArrayXd::Zero(count);
   ArrayXd share = ArrayXd::Zero(count);  // of the variance of a grey value that the residuals have
 
   for (Index p = 0; p + sets <= (sets == 2 ? 2 : periods); ++p) {
-    const auto part = [&](double Fringe::* which, Index set) {
-      return Strided(&(fringes_[static_cast<std::size_t>(p + set)].*which), count, Eigen::InnerStride<>(3 * periods));
+    const auto sum = [&](const std::vector<double>& factors, Index set) -> ArrayXd {
+      return values.middleRows((p + set) * steps, steps).transpose() * Eigen::Map<const VectorXd>(factors.data(), steps);
     };
+    ArrayXd c[2], s[2];  // modulation times cosine and sine of the phase
     ArrayXd modulation[2];
     for (Index set = 0; set < sets; ++set) {
-      const auto c = part(&Fringe::c, set), s = part(&Fringe::s, set);
-      modulation[set] = (c.square() + s.square()).sqrt().max(1e-9);
-      const ArrayXd turn_c = c / modulation[set], turn_s = s / modulation[set];
+      c[set] = sum(how_->cosine, set) * (2.0 / how_->steps), s[set] = sum(how_->sine, set) * (-2.0 / how_->steps);
+      modulation[set] = (c[set].square() + s[set].square()).sqrt().max(1e-9);
+      const ArrayXd turn_c = c[set] / modulation[set], turn_s = s[set] / modulation[set];
       ArrayXd power_c = turn_c, power_s = turn_s;
       Index row = 1 + set * each;
       int reached = 1;
@@ -88,8 +79,8 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
         design.row(row++) = modulation[set] * power_c, design.row(row++) = modulation[set] * power_s;
       }
     }
-    VectorXd value = part(&Fringe::spare, 0);
-    if (sets == 2) value.array() -= part(&Fringe::spare, 1);
+    VectorXd value = sum(how_->weights, 0);
+    if (sets == 2) value.array() -= sum(how_->weights, 1);
     const auto weighted = (design * weight.matrix().asDiagonal()).eval();
     Eigen::MatrixXd normal = weighted * weighted.transpose();
     normal.diagonal().array() += 1e-9 * normal.trace();  // fringes along the rows do not tell the terms apart
@@ -101,7 +92,6 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
     for (Index set = 0; set < sets; ++set) {
       // A grey value's noise enters the residual by its weight in the combination, and by the fringes to which the
       // fitted value belongs. With gamma, both are alike in size.
-      const auto c = part(&Fringe::c, set), s = part(&Fringe::s, set);
       const auto own = design.middleRows(1 + set * each, each);
       const VectorXd by_size = found.segment(1 + set * each, each);
       VectorXd by_turn(each);
@@ -110,18 +100,17 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
         by_turn(j) = multiple * by_size(j + 1), by_turn(j + 1) = -multiple * by_size(j);
       }
       const ArrayXd square = modulation[set].square(), outward = own.transpose() * by_size, across = own.transpose() * by_turn;
-      const ArrayXd by_c = (outward * c - across * s) / square, by_s = (outward * s + across * c) / square;
+      const ArrayXd by_c = (outward * c[set] - across * s[set]) / square, by_s = (outward * s[set] + across * c[set]) / square;
       for (Index k = 0; k < steps; ++k) {
         const auto at = static_cast<std::size_t>(k);
         const double own_weight = set == 0 ? how_->weights[at] : -how_->weights[at], of_c = 2 * how_->cosine[at], of_s = 2 * how_->sine[at];
         const ArrayXd by_value = (own_weight - (of_c * by_c - of_s * by_s) / static_cast<double>(steps)).square();
-        share += by_value, mean += by_value * Strided(&values_[static_cast<std::size_t>((p + set) * steps + k)], count,
-                                                      Eigen::InnerStride<>(periods * steps));
+        share += by_value, mean += by_value * values.row((p + set) * steps + k).transpose().array();
       }
     }
   }
   for (Index i = 0; i < count; ++i) out.push_back({mean(i) / share(i), variance(i) / share(i)});
-  level_.clear(), fringes_.clear(), values_.clear();
+  count_ = 0;
 }
 
 }  // namespace debulk

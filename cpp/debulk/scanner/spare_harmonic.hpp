@@ -26,19 +26,16 @@ struct SpareHarmonic {
 // multiples of the phase (flicker and gamma).
 class SpareSegment {
  public:
-  explicit SpareSegment(const SpareHarmonic& how) : how_(&how) {}
+  explicit SpareSegment(const SpareHarmonic& how);
   void add(const double* values, std::vector<LevelVariance>& out);
   void finish(std::vector<LevelVariance>& out);  // fits the pixels that are left
 
  private:
-  struct Fringe {
-    double c, s, spare;  // modulation times cosine and sine of the phase; the combination
-  };
   void fit(std::vector<LevelVariance>& out);
 
   const SpareHarmonic* how_;
-  std::vector<double> level_, values_;  // of each pixel: mean; all images
-  std::vector<Fringe> fringes_;         // of each pixel, at each number of periods
+  std::vector<double> values_;  // of each image, one after the other, the grey values of all pixels
+  int count_ = 0;               // pixels
 };
 
 }  // namespace debulk

@@ -11,6 +11,7 @@ import numpy as np
 from debulk.arrays import Floats
 from debulk.scanner.inputs import InputError
 from debulk.scanner.stereo_fit import CAMERAS, LENS, Cameras, Placed, projected
+from debulk.scanner.undistort import undistorted
 
 BUMP_MM = 10.0
 """Height of the bump whose uncertainty is stated."""
@@ -131,9 +132,8 @@ def field_points(
         np.linspace(_MARGIN, 1 - _MARGIN, count) * (size - 1) for count, size in zip(grid, pixels, strict=True)
     )
     seen = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
-    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-    rays = cv2.undistortPoints(seen[:, None], cameras.matrices[0], cameras.distortions[0], criteria=criteria)
-    at = np.column_stack([rays.reshape(-1, 2), np.ones(len(seen))]) * distance_mm
+    rays = undistorted(seen, cameras.matrices[0], cameras.distortions[0], most=100, accuracy=1e-9)
+    at = np.column_stack([rays, np.ones(len(seen))]) * distance_mm
     turn = cv2.Rodrigues(cameras.rotation)[0]
     there, *_ = cv2.projectPoints(at, turn, cameras.translation, cameras.matrices[1], cameras.distortions[1])
     there = there.reshape(-1, 2)
