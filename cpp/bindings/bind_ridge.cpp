@@ -5,6 +5,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/net/fibre_net.hpp"
+#include "debulk/pocket/foot_contours.hpp"
 #include "debulk/ridge/bridge_section.hpp"
 #include "debulk/ridge/excess_crest.hpp"
 #include "debulk/ridge/held_excess.hpp"
@@ -112,19 +113,19 @@ void bind_ridge(py::module_ m) {
       .def_readonly("hold_n_per_mm", &BridgeSection::hold);
   m.def(
       "bridge_section",
-      [](const FootMap& feet, const Foot& foot, const Reference& mold, const FibreAngles& angles, const std::optional<Array<double>>& ply,
-         const PlyMaterial& held, double least_error, const Stop& stop) {
+      [](const Array<double>& rows, const Reference& mold, const std::optional<Array<double>>& ply, const PlyMaterial& held,
+         const Stop& stop) {
+        std::vector<ShortFibre> fibres;
+        for (const auto& row : points<7>(rows, "fibres_mm")) fibres.push_back({row.head<2>(), row.segment<2>(2), row[4], row[5], row[6]});
         const Grid<double>& known = mold.heights();
         const BridgeSectionOptions options{held.friction,
                                            held.pressure_mpa,
-                                           least_error,
                                            ply ? points<2>(*ply, "ply_outline_mm") : Polygon(),
                                            {known.origin, known.position(known.nx - 1, known.ny - 1)}};
         const py::gil_scoped_release release;
-        return bridge_section(feet, foot, mold, angles, options, stop);
+        return bridge_section(fibres, mold, options, stop);
       },
-      py::arg("feet"), py::arg("foot"), py::arg("mold"), py::arg("angles"), py::arg("ply_outline_mm"), py::arg("held"),
-      py::arg("least_error_mm"), py::arg("stop"));
+      py::arg("fibres_mm"), py::arg("mold"), py::arg("ply_outline_mm"), py::arg("held"), py::arg("stop"));
 
   m.def("ridge_height_of_excess", py::vectorize(&ridge_height_of_excess), py::arg("excess_mm"), py::arg("thickness_mm"));
   m.def("ridge_height", &ridge_height, py::arg("ply_length_mm"), py::arg("mold_length_mm"), py::arg("thickness_mm"));

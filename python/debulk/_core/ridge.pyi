@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from debulk._core import Stop, _Bytes, _Floats, _Made, _Options
 from debulk._core.net import Net, PocketNet
-from debulk._core.pocket import Foot, FootMap
+from debulk._core.pocket import Foot
 from debulk._core.sheet import Minimum, PlyMaterial
 from debulk._core.surface import Reference, Surface
 
@@ -90,15 +90,8 @@ class RidgeSection(_Made):
     def ply_length_mm(self) -> float: ...
 
 def bridge_section(
-    feet: FootMap,
-    foot: Foot,
-    mold: Reference,
-    angles: ArrayLike,
-    ply_outline_mm: ArrayLike | None,
-    held: PlyMaterial,
-    least_error_mm: float,
-    stop: Stop,
-) -> BridgeSection | None: ...
+    fibres_mm: ArrayLike, mold: Reference, ply_outline_mm: ArrayLike | None, held: PlyMaterial, stop: Stop
+) -> BridgeSection: ...
 def excess_crest(net: Net, mold: Surface) -> ExcessCrest | None: ...
 def held_excess(net: Net, mold: Surface) -> HeldExcess: ...
 def largest_fibre_excess(nodes_mm: ArrayLike, neighbours: ArrayLike, surface: Surface) -> float: ...

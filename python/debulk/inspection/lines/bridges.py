@@ -2,8 +2,8 @@
 
 A ply that is too short to reach the bottom of a hollow spans it. A net of some 100 nodes shows that coarsely: its
 chords cut across the hollow, crossing fibres share the pull, and a fibre that slips keeps the height that it had while
-it was pinned. So the verdict takes each fibre as a string that friction holds, over the heights of the scan. A ply too
-short for a narrow hollow stands over it lower than any pocket, and is judged in the same way.
+it was pinned. So the verdict takes each fibre line of the scan that is too short as a string that friction holds. A ply
+too short for a narrow hollow stands over it lower than any pocket, and is judged in the same way.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk import _core
-from debulk.arrays import Floats
+from debulk.fibre import FibreRuns
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -48,7 +48,7 @@ def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
 
     No bridge is higher than a string that is pulled taut over the mold, from any point of the foot and one spacing of a
     net round it to any other along a fibre. Nor is it higher than the ply stands now on fibres that are not surely too
-    long. Fibres are measured where both bounds leave a bridge that counts.
+    long. Fibres are taken as strings where both bounds leave a bridge that counts.
     """
     recipe, runs = ply.recipe, found.excess
     angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
@@ -58,7 +58,7 @@ def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
         bound_mm = min(bound_mm, _core.ridge.string_bound(foot, net_spacing_mm(found, ply), angles, ply.reference))
     if options.cannot_bridge(bound_mm, recipe):
         return Bridge(bound_mm, None, (0.0, 0.0))
-    section = _measured(found, ply, angles, stop)
+    section = _measured(runs, ply, stop)
     return Bridge(bound_mm, section, _UNKNOWN if section is None else section.range_mm)
 
 
@@ -68,21 +68,21 @@ def net_spacing_mm(found: FoundPocket, ply: PlyOnMold) -> float:
     return net.spacing_mm or 2 * float(np.sqrt(found.foot.area_mm2 / net.node_target))
 
 
-def _measured(found: FoundPocket, ply: PlyOnMold, angles: Floats, stop: _core.Stop) -> BridgeSection | None:
-    """Measure the fibres of a pocket on the scan; None if the mold is not known below all of them."""
-    recipe = ply.recipe
-    out = _core.ridge.bridge_section(
-        found.feet._core,
-        found.feet._core.feet[found.index],
-        ply.reference,
-        angles,
-        ply.outline,
-        options.ply(recipe),
-        2 * recipe.verdict.excess_margin_mm,  # a ridge is half as high as its excess is long
-        stop,
-    )
-    if out is None:
+def _measured(runs: FibreRuns | None, ply: PlyOnMold, stop: _core.Stop) -> BridgeSection | None:
+    """Take each fibre over a pocket as a string; None if no run crosses it."""
+    if runs is None:
         return None
+    recipe, runs = ply.recipe, runs[runs.spans == 1]
+    # Off the mold from its first run over the pocket to its last, a fibre is one string.
+    first = np.flatnonzero(np.diff(runs.line, prepend=-1))
+    last = np.flatnonzero(np.diff(runs.line, append=-1))
+    lacks_mm = -np.add.reduceat(runs.excess_mm, first)
+    error_mm = np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first))
+    error_mm = np.maximum(error_mm, 2 * recipe.verdict.excess_margin_mm)  # a ridge is half as high as its excess is long
+    # What is too long on it may feed what is too short, or not, as flat ply between them may hold both.
+    most_mm = np.maximum(lacks_mm, -np.minimum.reduceat(runs.excess_mm, first)) + error_mm
+    fibres = np.column_stack([runs.from_mm[first], runs.to_mm[last], lacks_mm, error_mm, most_mm])
+    out = _core.ridge.bridge_section(fibres, ply.reference, ply.outline, options.ply(recipe), stop)
     least, height, most = (options.bridge_mm(gap, recipe) for gap in (out.least_gap_mm, out.gap_mm, out.most_gap_mm))
     more_mm = _MISSED_MM if most > 0 and out.lacks_mm > out.error_mm else 0.0
     return BridgeSection(
