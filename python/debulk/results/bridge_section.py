@@ -13,8 +13,8 @@ class BridgeSection:
     """Height of the ply's upper side above the mold, as for a bridge of the net; 0 if the ply lies down, or no fibre is
     too short."""
     range_mm: tuple[float, float]
-    """Lowest and highest height if the missing length is less or more by its error, and friction holds the fibre over
-    10 mm less or more."""
+    """Lowest and highest height: the missing length is less or more by its error, or more as nothing flows to it from
+    what is too long on the fibre, or on another one; and friction holds it over 10 mm less or more."""
     lacks_mm: float
     lacks_error_mm: float
     """`lacks_mm`, `lacks_error_mm`: length by which the fibre is shorter than its mold in the scan; two standard

@@ -77,8 +77,9 @@ def _measured(runs: FibreRuns | None, ply: PlyOnMold, stop: _core.Stop) -> Bridg
     first = np.flatnonzero(np.diff(runs.line, prepend=-1))
     last = np.flatnonzero(np.diff(runs.line, append=-1))
     lacks_mm = -np.add.reduceat(runs.excess_mm, first)
-    error_mm = np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first))
-    error_mm = np.maximum(error_mm, 2 * recipe.verdict.excess_margin_mm)  # a ridge is half as high as its excess is long
+    # A ridge is half as high as its excess is long.
+    least_mm = 2 * recipe.verdict.excess_margin_mm
+    error_mm = np.maximum(np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first)), least_mm)
     # What is too long on it may feed what is too short, or not, as flat ply between them may hold both.
     most_mm = np.maximum(lacks_mm, -np.minimum.reduceat(runs.excess_mm, first)) + error_mm
     fibres = np.column_stack([runs.from_mm[first], runs.to_mm[last], lacks_mm, error_mm, most_mm])

@@ -36,8 +36,7 @@ class Kind:
 class Limits:
     """Of the ply's edge; bench/trust/outlines.py has outlines that are not the ply's.
 
-    Of 30 right layups of both families none had more than 112 mm2 of ply outside it, 64 mm2 of a bump, and any that
-    crosses.
+    Of 30 right layups of both families none had more than 112 mm2 of ply outside it, and any bump that crosses.
     """
 
     least_strips: int = 3  # that must be known on each side
@@ -45,7 +44,6 @@ class Limits:
     far_mm: float = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
     far_stretches: int = 3  # in a row; of 305 right layups one had a single one, and none had two
     ply: Kind = Kind(0.55, 8.0, 200.0, median=0.75)  # more than the half of its height that its edge's middle has
-    bump: Kind = Kind(3.0, 4.0, 110.0)  # more than a ply and the blur of its edge
     # A bump that goes on across the outline; a camera that looks aslant sees the side of a lifted edge 3 mm outside.
     crossing: Kind = Kind(2.0, 4.0, 45.0, crosses=True)
     begins_mm: float = 16.0  # a piece that begins farther off the outline is no part of the ply
@@ -154,7 +152,7 @@ def left_out(
     spread_mm = np.where(off > 0, LIMITS.spread_share * inside[:, None], -np.inf)
     pieces = []
     with np.errstate(invalid="ignore"):  # NaN compares as False: what is not known is not counted
-        for kind in (_seen_from(kind, spacing_mm) for kind in (LIMITS.ply, LIMITS.bump, LIMITS.crossing)):
+        for kind in (_seen_from(kind, spacing_mm) for kind in (LIMITS.ply, LIMITS.crossing)):
             up = (height > np.maximum(kind.thicknesses * thickness_mm, spread_mm)) & (height < HIGHEST_MM)
             level = kind.median * thickness_mm
             found = _pieces(up, off, kind, kind.least_mm2 / cell_mm2)
