@@ -149,8 +149,8 @@ class ExcessReport:
     missed_mm
         By how much more than this the upper end of `range_mm` lies above `height_mm`.
     bridge_bound_mm
-        mm, no fibre bridges a larger gap: the largest gap below a string that is pulled taut over the mold along a
-        fibre, and below the ply as it stands on fibres that may be too short.
+        mm, no fibre bridges a larger gap: the largest gap below the ply as it stands on fibres that may be too short,
+        and, where that leaves a bridge that counts, below a string that is pulled taut over the mold along a fibre.
     fibre, direction_deg, from_mm, to_mm
         That fibre: of the first (0) or second (1) direction, the angle along which the ply is too long there, and where
         it leaves the mold and comes back to it, mold XY. None if no fibre leaves the mold.

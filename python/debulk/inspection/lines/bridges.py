@@ -48,12 +48,12 @@ def bridge_over(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Bridge:
 
     No bridge is higher than a string that is pulled taut over the mold, from any point of the foot and one spacing of a
     net round it to any other along a fibre. Nor is it higher than the ply stands now on fibres that are not surely too
-    long. Fibres are taken as strings where both bounds leave a bridge that counts.
+    long, which is asked first. Fibres are taken as strings where both bounds leave a bridge that counts.
     """
     recipe, runs = ply.recipe, found.excess
     angles = np.radians(angles_at(ply.fibre_angles_deg, found.pocket.centroid_mm))
     bound_mm = math.inf if runs is None else float(runs.gap_mm[runs.low_mm < runs.uncertainty_mm].max(initial=0.0))
-    if bound_mm > 0:
+    if not options.cannot_bridge(bound_mm, recipe):
         foot = found.feet._core.feet[found.index]
         bound_mm = min(bound_mm, _core.ridge.string_bound(foot, net_spacing_mm(found, ply), angles, ply.reference))
     if options.cannot_bridge(bound_mm, recipe):
