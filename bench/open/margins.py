@@ -1,15 +1,18 @@
 """The range of the excess against the true ridge, and what leaves pockets UNDECIDED: python bench/open/margins.py.
 
 [--folder build/open] [--out FILE]. For the pockets of the open benchmark with 0.75 to 1.35 of the limit's excess: lower
-end, estimate and upper end of the ridge by the excess, without the margin of the range, less the true ridge, which is
-that of the excess by quadrature (`pockets.csv`). Then the UNDECIDED pockets, by what takes most of their range from the
-estimate to its end beyond the limit. `contenders.py --only clouds` makes the clouds.
+end, estimate and upper end of the ridge by the excess less the true ridge, which is that of the excess by quadrature
+(`pockets.csv`). Then the UNDECIDED pockets, by what takes most of their range from the estimate to its end beyond the
+limit. Last, the probabilities of creasing against the true ridges, as bench/risk/risk.py
+compares them with layups of the second family: these pockets were never used to find how far readings are off.
+`contenders.py --only clouds` makes the clouds.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,8 +23,13 @@ from open_scenes import LIMIT_MM
 
 import debulk
 from debulk.results.report import PocketReport
+from debulk.risk import place
 
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "risk"))
+
+import risk  # noqa: E402
+
 NEAR = (0.75, 1.35)  # of the limit's excess
 
 
@@ -39,8 +47,8 @@ class Read:
         """Return lower end, estimate and upper end less the true ridge."""
         known = self.pocket.excess
         assert known is not None
-        (low, high), margin, true = known.range_mm, known.uncertainty_mm, self.true_mm
-        return low + margin - true, known.height_mm - true, high - margin - true
+        low, high = known.range_mm
+        return low - self.true_mm, known.height_mm - self.true_mm, high - self.true_mm
 
 
 def read(folder: Path, truths: list[dict[str, str]]) -> Iterator[Read]:
@@ -66,19 +74,36 @@ def cause(p: PocketReport) -> tuple[str, float]:
     assert known is not None
     low, high = known.range_mm
     if known.height_mm > LIMIT_MM:
-        shares = {"filters, lower end": known.height_mm - low - known.uncertainty_mm}
+        shares = {"share of one fold, and filters": known.height_mm - low - known.uncertainty_mm}
     else:
         shares = {
             "filters, upper end": known.alone_mm - known.height_mm - known.uncertainty_mm,
             "one fold over several places": high - known.alone_mm,
         }
-    least = known.uncertainty_mm <= debulk.Recipe().verdict.excess_margin_mm
-    shares["least margin" if least else "noise"] = known.uncertainty_mm
+    shares["noise and reading"] = known.uncertainty_mm
     return max(shares.items(), key=lambda one: one[1])
 
 
+def calibration(found: list[Read]) -> list[str]:
+    """Return what was said and what came true of the pockets whose ridge is higher than the ply."""
+    said, true = [], []
+    for one in found:
+        known = one.pocket.excess
+        assert known is not None
+        if known.height_mm > 0:
+            missed = place.reading_of(known.noise_mm, known.missed_mm, known.range_mm[1] - known.alone_mm)
+            said.append(risk.probabilities(known.height_mm, known.length_mm, missed, place.RESIDUALS))
+            true.append(one.true_mm > known.height_mm + risk.LIMITS_MM)
+    p, was = np.array(said), np.array(true, dtype=float)
+    return [
+        "Probability that a ridge exceeds limits round it, if one fold gathers all of its excess; said less what came "
+        f"true, in the mean over the tenths: {risk.apart(p, was)}",
+        *risk.tenths(p, was),
+    ]
+
+
 def table(found: list[Read], pockets: int) -> str:
-    """Return both tables."""
+    """Return all tables."""
     by_shape, by_cause = defaultdict[str, list[Read]](list), defaultdict[str, list[tuple[float, float]]](list)
     for one in found:
         if NEAR[0] < one.of_limit < NEAR[1]:
@@ -88,7 +113,7 @@ def table(found: list[Read], pockets: int) -> str:
             by_cause[why].append((takes_mm, abs(one.errors_mm[1])))
     lines = [
         f"Pockets with {NEAR[0]} to {NEAR[1]} of the limit's excess, open benchmark, debulk {debulk.__version__}:",
-        "ridge by the excess, without the margin of its range, less the true ridge, mm: median (least, most)",
+        "ridge by the excess less the true ridge, mm: median (least, most)",
         "",
         f"{'shape':14}{'pockets':>8}{'lower end':>27}{'estimate':>27}{'upper end':>27}",
     ]
@@ -105,7 +130,7 @@ def table(found: list[Read], pockets: int) -> str:
     for why, sizes in sorted(by_cause.items(), key=lambda one: -len(one[1])):
         takes, errors = np.array(sizes).T
         lines.append(f"{why:32}{len(sizes):8}{np.median(takes):16.3f}{np.median(errors):20.3f}{errors.max():8.3f}")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, "", *calibration(found)]) + "\n"
 
 
 def main() -> None:

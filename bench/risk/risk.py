@@ -3,8 +3,8 @@
 Against the referee's members (bench/referee): the share of the excess that one fold gathers is taken from nine tenths
 of the pockets, and the Brier score from the last tenth, in turn. Against layups that nothing was fitted to
 (held_out.csv): the scatter of the reading is taken from the layups of even seeds, and probabilities are compared with
-what was true on those of odd seeds, and the other way round. As few ridges lie at the limit, limits up to 0.1 mm round
-each ridge are asked.
+what was true on those of odd seeds, and the other way round; fresh layups are compared with the scatter of all before.
+As few ridges lie at the limit, limits up to 0.1 mm round each ridge are asked.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from debulk.risk.layup import _DRAWN as DRAWN  # noqa: E402
 
 FOOT_MM = place.FOOT * 0.3
 LIMITS_MM = np.array([-0.1, -0.05, -0.03, -0.02, -0.01, -0.005, 0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1])
-FRESH = 93000  # seeds from here on were inspected after it was chosen that what joins is drawn evenly
+FRESH = 97000  # seeds from here on were inspected after the residuals were taken and all was chosen
 MARGIN_MM, NET_SD_MM = 0.02, 0.01  # of the ridge by the referee's rule, and of the excess of its nets as a ridge
 
 
@@ -80,61 +80,76 @@ def referee() -> list[str]:
     ]
 
 
+def probabilities(read_mm: float, length_mm: float, missed: tuple[float, float], residuals: np.ndarray) -> np.ndarray:
+    """Return the probability that a ridge exceeds each of LIMITS_MM round it, if one fold gathers all of the excess.
+
+    `missed` is what joins it and its standard deviation, as `place.reading_of` returns them.
+    """
+    more_mm, sd_mm = missed
+    heights = np.add.outer(read_mm + more_mm * DRAWN, sd_mm * residuals).ravel()
+    limits = read_mm + LIMITS_MM
+    near = norm.cdf(np.subtract.outer(heights, limits) / (place._BETWEEN * sd_mm)).mean(axis=0)
+    stray = norm.cdf((heights.mean() - limits) / (place.STRAY_SHARE * length_mm / 2))
+    return np.asarray((1 - place.STRAYS) * near + place.STRAYS * stray)
+
+
+def apart(p: np.ndarray, true: np.ndarray) -> str:
+    """Return Brier score and what was said less what came true, in the mean over the tenths; (N, limits) of pockets."""
+    tenth = np.minimum((10 * p).astype(int), 9)
+    points = 100 * sum(abs((p - true)[tenth == k].sum()) for k in range(10)) / p.size
+    return f"{len(p)} pockets: Brier {np.mean((p - true) ** 2):.4f}, {points:.1f} points"
+
+
+def tenths(p: np.ndarray, true: np.ndarray) -> list[str]:
+    """Return the table of what was said and what came true; (N, limits) of pockets."""
+    out = [f"{'said':>12}{'number':>9}{'pockets':>9}{'mean said':>11}{'exceeded':>10}{'less what was said':>20}"]
+    for k in range(10):
+        if (here := np.minimum((10 * p).astype(int), 9) == k).any():
+            counts = here.sum(axis=1)
+            low, high = drawn_again(np.where(here, true - p, 0.0).sum(axis=1), counts)
+            out.append(
+                f"{f'{k / 10:.1f} to {k / 10 + 0.1:.1f}':>12}{here.sum():9d}{(counts > 0).sum():9d}"
+                f"{p[here].mean():11.3f}{true[here].mean():10.3f}{f'{low:+.3f} to {high:+.3f}':>20}"
+            )
+    return out
+
+
 def held_out() -> list[str]:
     """Compare with the truth of the second family's layups."""
     with (HERE / "held_out.csv").open(encoding="utf-8", newline="") as file:
         rows = [{k: float(v) for k, v in row.items() if k not in ("kinds", "verdict")} for row in csv.DictReader(file)]
     rows = [row for row in rows if row["length_mm"] > 0.3 and row["true_mm"] > FOOT_MM + 0.07]
-    even = np.array([row["seed"] % 2 == 0 for row in rows])
-    read = np.array([row["length_mm"] / 2 + FOOT_MM for row in rows])
-    true_mm = np.array([row["true_mm"] for row in rows])
-    missed, more, sd_mm = np.array(
+    seed, length, true_mm, low_mm, high_mm = (
+        np.array([row[name] for row in rows]) for name in ("seed", "length_mm", "true_mm", "low_mm", "high_mm")
+    )
+    read, even, fresh = length / 2 + FOOT_MM, seed % 2 == 0, seed >= FRESH
+    more, sd_mm = missed = np.array(
         [place.reading_of(row["noise_mm"], row["missed_mm"], row["high_mm"] - row["alone_mm"]) for row in rows]
     ).T
     # One fold draws what joins evenly between none and all of it: the residual is that from the middle.
-    off = (true_mm - read - missed - more / 2) / np.hypot(sd_mm, more / np.sqrt(12))
-    said, was, ruled = [], [], []
-    for k, row in enumerate(rows):
-        others = parts(off[even != even[k]], np.ones((even != even[k]).sum()), 16)
-        heights = np.add.outer(read[k] + missed[k] + more[k] * DRAWN, sd_mm[k] * others)
-        for limit in read[k] + LIMITS_MM:
-            near = norm.cdf((heights - limit) / (place._BETWEEN * sd_mm[k])).mean()
-            stray = norm.cdf((heights.mean() - limit) / (place.STRAY_SHARE * row["length_mm"] / 2))
-            said.append((1 - place.STRAYS) * near + place.STRAYS * stray)
-            was.append(float(row["true_mm"] > limit))
-            ruled.append(1.0 if row["low_mm"] > limit else 0.0 if row["high_mm"] <= limit else 0.5)
-    p, true, rule = np.array(said), np.array(was), np.array(ruled)
-    lines = [
-        f"Layups of the second family, seeds {int(rows[0]['seed'])} to {int(rows[-1]['seed'])}: {len(rows)} pockets, "
-        f"each with {len(LIMITS_MM)} limits round its ridge; odd and even seeds are held out in turn",
-        "true ridge less the one that is read, in standard deviations, by sixteenths of all: "
-        f"{', '.join(f'{v:.3f}' for v in parts(off, np.ones(len(off)), 16))}",
+    off = (true_mm - read - more / 2) / np.hypot(sd_mm, more / np.sqrt(12))
+    p = np.empty((len(rows), len(LIMITS_MM)))
+    for k in range(len(rows)):
+        others = ~fresh & (even != even[k]) if not fresh[k] else ~fresh
+        residuals = parts(off[others], np.ones(others.sum()), 16)
+        p[k] = probabilities(read[k], length[k], (missed[0, k], missed[1, k]), residuals)
+    limits = read[:, None] + LIMITS_MM
+    true = (true_mm[:, None] > limits).astype(float)
+    rule = np.where(low_mm[:, None] > limits, 1.0, np.where(high_mm[:, None] <= limits, 0.0, 0.5))
+    return [
+        f"Layups of the second family, {len(rows)} pockets, each with {len(LIMITS_MM)} limits round its ridge; odd and "
+        f"even seeds below {FRESH} are held out in turn, those from there on were inspected after all was chosen",
+        "true ridge less the one that is read, in standard deviations, by sixteenths of all before: "
+        f"{', '.join(f'{v:.3f}' for v in parts(off[~fresh], np.ones((~fresh).sum()), 16))}",
         f"Brier, held out: {np.mean((rule - true) ** 2):.4f} by the verdicts (UNDECIDED as 0.5), "
         f"{np.mean((p - true) ** 2):.4f} by the probability; UNDECIDED {100 * np.mean(rule == 0.5):.0f} %",
-        "", f"{'said':>12}{'number':>9}{'pockets':>9}{'mean said':>11}{'exceeded':>10}{'less what was said':>20}",
-    ]  # fmt: skip
-    tenth = np.minimum((10 * p).astype(int), 9)
-    by_pocket = (len(rows), len(LIMITS_MM))
-    fresh = np.repeat([row["seed"] >= FRESH for row in rows], len(LIMITS_MM))
-    apart, theirs = (100 * sum(abs((p - true)[here & (tenth == k)].sum()) for k in range(10)) / here.sum()
-                     for here in (fresh | True, fresh))  # fmt: skip
-    lines.insert(3, f"said less what came true, in the mean over the tenths below: {apart:.1f} points")
-    lines.insert(4, f"of the {fresh.sum() // len(LIMITS_MM)} pockets of seeds from {FRESH} on, made after the rule: "
-                    f"Brier {np.mean((p - true)[fresh] ** 2):.4f}, {theirs:.1f} points")  # fmt: skip
-    for k in range(10):
-        if (here := tenth == k).any():
-            range_of = f"{k / 10:.1f} to {k / 10 + 0.1:.1f}"
-            counts = here.reshape(by_pocket).sum(axis=1)
-            low, high = drawn_again(np.where(here, true - p, 0.0).reshape(by_pocket).sum(axis=1), counts)
-            lines.append(
-                f"{range_of:>12}{here.sum():9d}{(counts > 0).sum():9d}{p[here].mean():11.3f}{true[here].mean():10.3f}"
-                f"{f'{low:+.3f} to {high:+.3f}':>20}"
-            )
-    return [
-        *lines,
+        f"said less what came true, in the mean over the tenths, before: {apart(p[~fresh], true[~fresh])}",
+        f"fresh: {apart(p[fresh], true[fresh])}",
+        *(line for title, some in (("all", fresh | True), ("fresh", fresh))
+          for line in ("", title, *tenths(p[some], true[some]))),
         "",
         "less what was said: 95 % interval if other pockets had come; limits of one pocket are not independent",
-    ]
+    ]  # fmt: skip
 
 
 def main() -> None:

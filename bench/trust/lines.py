@@ -69,7 +69,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     wanted = parser.parse_args()
     recipe = debulk.Recipe()
-    limit, margin = recipe.verdict.max_ridge_mm, recipe.verdict.excess_margin_mm
+    limit = recipe.verdict.max_ridge_mm
     lines, table, off = (
         ["  no  layup  true ridge  lines: low estimate  high  by them    worst place"],
         collections.Counter(),
@@ -81,7 +81,7 @@ def main() -> None:
         layup, given = make(case, PIXELS)
         worst = max(truly(case, layup), key=lambda one: one.ridge_mm)
         low, mid, high = measured(given, recipe)
-        said = "CREASE" if low - margin > limit else "CEASE" if high + margin <= limit else "UNDECIDED"
+        said = "CREASE" if low > limit else "CEASE" if high <= limit else "UNDECIDED"
         true = (
             "creases" if worst.ridge_mm > limit + NEAR_MM else "ceases" if worst.ridge_mm < limit - NEAR_MM else "near"
         )

@@ -41,7 +41,6 @@ void bind_evidence(py::module_ m) {
       .def_readwrite("min_pocket_coverage", &Criteria::min_pocket_coverage)
       .def_readwrite("rms_margin_mm", &Criteria::rms_margin)
       .def_readwrite("ridge_margin_mm", &Criteria::ridge_margin)
-      .def_readwrite("excess_margin_mm", &Criteria::excess_margin)
       .def_readwrite("compliance_margin_mm", &Criteria::compliance_margin)
       .def("check", &Criteria::check);
 

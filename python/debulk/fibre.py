@@ -54,7 +54,7 @@ class FibreRuns:
     noise's share is taken out. The low value is surely there as far as the filters go, the middle one is the best
     estimate of what was there before them, the high one is what may have been there."""
     uncertainty_mm: Floats
-    """(N,) two standard deviations of these by the noise of the scan."""
+    """(N,) two standard deviations of these, by the noise of the scan and of the reading."""
     turn_mm: Floats
     """(N,) change of the excess per radian by which the fibres run otherwise than said."""
     ends: NDArray[np.uint8]

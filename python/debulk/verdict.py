@@ -106,8 +106,6 @@ class Criteria:
     criterion: str = _DEFAULTS.criterion.name.lower()
     """"excess": a pocket inside the ply is judged by the ridge that the excess length of its fibres makes, and by
     bridges. "paper": it is judged by RMS, ridges and bridges of the minima. Pockets at the ply's edge always are."""
-    excess_margin_mm: float = _DEFAULTS.excess_margin_mm
-    """Least uncertainty of the ridge from the excess length, mm. Default 0.02."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -46,7 +46,7 @@ def test_criteria_are_the_compiled_defaults_and_checked():
     with pytest.raises(InputError, match=r"^criterion: expected (excess or paper|paper or excess), but got 'luck'$"):
         Criteria(criterion="luck")
     assert Criteria.from_core(_core.verdict.Criteria()) == Criteria()
-    other = Criteria(criterion="paper", max_rms_mm=0.2, excess_margin_mm=0.07)
+    other = Criteria(criterion="paper", max_rms_mm=0.2, ridge_margin_mm=0.07)
     assert Criteria.from_core(_compiled(other)) == other
 
 

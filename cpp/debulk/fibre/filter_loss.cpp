@@ -6,7 +6,7 @@
 namespace debulk {
 namespace {
 
-constexpr double kRound = 2.5, kLong = 1.5, kWide = 0.5;
+constexpr double kLong = 1.5, kWide = 0.5;
 
 // Solves fine / coarse = ((w + coarse_blur) / (w + fine_blur))^p for w, and returns fine ((w + fine_blur) / w)^p.
 double unfiltered(double fine, double coarse, double fine_blur, double coarse_blur, double least, double p) {

@@ -2,6 +2,8 @@
 
 namespace debulk {
 
+constexpr double kRound = 2.5;  // the exponent p below of a round bump
+
 // An excess length at three levels of trust: what is surely there, the best estimate, and what may be there, mm.
 struct ExcessRange {
   double low = 0.0;

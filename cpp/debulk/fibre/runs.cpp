@@ -6,6 +6,10 @@
 namespace debulk {
 namespace {
 
+// mm, standard deviation of an excess that is read from heights without noise: of the steps along a line, and of their
+// grid (tests/cpp/fibre, bench/open/margins.txt).
+constexpr double kReading = 0.006;
+
 // One span with the noise's share taken out.
 struct Measured {
   ExcessRange excess;
@@ -21,7 +25,12 @@ Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlur
   const double width = std::sqrt(12 * blurs.fine), more = blurs.coarse / (blurs.coarse - blurs.fine);
   out.variance = noise.variance_per_mm(options.step) * span.length + more * more * noise.gap_variance() * width * span.bend;
   out.excess = before_filters(fine, coarse, blurs.fine, blurs.coarse, blurs.least);
-  if (fine > 0) out.variance *= std::pow(out.excess.mid / fine, 2);
+  if (fine <= 0) return out;
+  out.variance *= std::pow(out.excess.mid / fine, 2);
+  // The crest of a round bump of the variance w may lie half way between two lines, at d = apart / 2 from either. There
+  // its slopes are lower by exp(-d^2 / 2w), and the excess by the square of that; the middle tells w (filter_loss.hpp).
+  const double of_width = blurs.fine > 0 ? (std::pow(out.excess.mid / fine, 1 / kRound) - 1) / blurs.fine : 0.0;
+  out.excess.high *= std::exp(options.apart * options.apart / 4 * of_width);
   return out;
 }
 
@@ -80,12 +89,16 @@ void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& 
       run.first = spans[m].first, run.last = spans[n].last;
       run.from = line.at(spans[m].first), run.to = line.at(spans[n].last);
       run.length = (spans[n].last - spans[m].first) * line.step;
-      run.uncertainty = 2 * std::sqrt(variance);
+      run.uncertainty = 2 * std::sqrt(variance + kReading * kReading);
       for (const int side : {0, 1}) {
         const Held held = held_beyond(line, side == 0 ? spans[m].first : spans[n].last, side == 0 ? -1 : 1, gaps, options);
         run.ends[static_cast<std::size_t>(side)] = held.end, run.beyond[static_cast<std::size_t>(side)] = held.beyond;
       }
       out.push_back(run);
+      // What lies evenly within a range scatters by its width over sqrt(12). With the uncertainty the high end lies two
+      // standard deviations above the middle (bench/open/margins.txt).
+      const double missed = (run.excess.high - run.excess.mid) / std::sqrt(3.0);
+      out.back().excess.high = run.excess.mid + std::hypot(run.uncertainty, missed) - run.uncertainty;
     }
   }
 }

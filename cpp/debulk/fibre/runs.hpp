@@ -27,7 +27,7 @@ struct FibreRun {
   // mm, with the noise's share taken out, and without `uncertainty`. The low end is what is surely in one fold: the most
   // that spans without flat ply between them have together. The others are those of all spans.
   ExcessRange excess;
-  double uncertainty = 0.0;        // mm, two standard deviations by the scan's noise
+  double uncertainty = 0.0;        // mm, two standard deviations, by the scan's noise and of the reading
   double turn = 0.0;               // mm/rad, change of the excess as the fibre's direction turns
   std::array<FibreEnd, 2> ends{};  // at `from` and at `to`
   std::array<double, 2> beyond{};  // mm of ply beyond the ends, as far as it is known

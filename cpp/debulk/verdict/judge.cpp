@@ -157,7 +157,6 @@ void Criteria::check() const {
   require(min_pocket_coverage >= 0 && min_pocket_coverage <= 1, "min_pocket_coverage", "a share from 0 to 1", min_pocket_coverage);
   require(std::isfinite(rms_margin) && rms_margin >= 0, "rms_margin_mm", "a length in mm, or 0", rms_margin);
   require(std::isfinite(ridge_margin) && ridge_margin >= 0, "ridge_margin_mm", "a length in mm, or 0", ridge_margin);
-  require(std::isfinite(excess_margin) && excess_margin >= 0, "excess_margin_mm", "a length in mm, or 0", excess_margin);
   require(std::isfinite(compliance_margin) && compliance_margin >= 0, "compliance_margin_mm", "a length in mm, or 0", compliance_margin);
 }
 

@@ -42,7 +42,6 @@ struct Criteria {
   // about as much (bench/study).
   double rms_margin = 0.01;
   double ridge_margin = 0.05;
-  double excess_margin = 0.02;  // for the ridge that the excess length makes
   // mm; the margin if the length constraints needed a compliance. A strain of 1e-3 was observed to change an RMS by
   // 0.018 mm.
   double compliance_margin = 0.05;

@@ -65,9 +65,8 @@ int main(int arguments, char** argument) try {
   const ExcessField field = measure_excess(straight_lines(shape.angles, {}, box, lines), heights, {}, *mold, true, lines);
   double excess = 0, least = 0, most = 0;
   for (const FibreRun& run : field.runs) {
-    const double margin = std::max(run.uncertainty, 2 * criteria.excess_margin);  // a ridge is half as high as its excess is long
     excess = std::max(excess, run.excess.mid);
-    least = std::max(least, run.excess.low - margin), most = std::max(most, run.excess.high + margin);
+    least = std::max(least, run.excess.low - run.uncertainty), most = std::max(most, run.excess.high + run.uncertainty);
   }
   const auto ridge = [&](double length) { return ridge_by_formula(length, material.thickness_mm, RidgeOptions().bulk_factor); };
 

@@ -8,7 +8,6 @@ from debulk._core import _Bound, _Enum, _Made, _Options
 class Criteria(_Options):
     compliance_margin_mm: float
     criterion: Criterion
-    excess_margin_mm: float
     max_ridge_height_mm: float
     max_rms_mm: float
     min_coverage: float

@@ -28,8 +28,7 @@ PLY = (
 )  # fmt: skip
 LOADS = ("pressure_mpa", "gravity_m_s2", "lumping", "pressure_direction")
 _CRITERIA = (
-    "max_rms_mm", "min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm",
-    "compliance_margin_mm",
+    "max_rms_mm", "min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "compliance_margin_mm",
 )  # fmt: skip
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, ValidationError, field_validator, model_validator
 
 from debulk._core import InputError
 from debulk.arguments import of_type
@@ -55,6 +55,14 @@ class Section(BaseModel):
 
         def __delattr__(self, name: str) -> None:
             self.__setattr__(name, None)
+
+    RETIRED: ClassVar[tuple[str, ...]] = ()
+    """Settings of earlier versions, which are read as before and do nothing."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_retired(cls, values: Any) -> Any:
+        return {k: v for k, v in values.items() if k not in cls.RETIRED} if isinstance(values, Mapping) else values
 
     @field_validator("*", mode="before")
     @classmethod

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from debulk import _core
 from debulk.recipe.section import Section
@@ -86,12 +85,7 @@ class Segmentation(Section):
     peak_tol_mm: UpTo100 = Field(
         default=_SEGMENT.peak_tol_mm, description="pockets with a lower peak, above the cut height, are dropped"
     )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_regions(cls, values: Any) -> Any:
-        """Leave out `regions`, which recipes up to 0.5.0 set and which changed no verdict: every scan is read whole."""
-        return {key: values[key] for key in values if key != "regions"} if isinstance(values, Mapping) else values
+    RETIRED = ("regions",)
 
 
 class Clean(Section):
@@ -290,11 +284,6 @@ class VerdictLimits(Section):
         default=_CRITERIA.ridge_margin_mm,
         description="a ridge or bridge of a minimum nearer to its limit than this decides nothing",
     )
-    excess_margin_mm: UpTo1000 = Field(
-        default=_CRITERIA.excess_margin_mm,
-        description="a ridge by the excess nearer to its limit than this decides nothing; more where noise or spacing "
-        "ask for it",
-    )
     compliance_margin_mm: UpTo1000 = Field(
         default=_CRITERIA.compliance_margin_mm,
         description="least margin of any figure where fibres needed a compliance",
@@ -308,12 +297,13 @@ class VerdictLimits(Section):
         "ply was laid wrong",
     )
     max_risk: float | None = Field(
-        default=None,
+        default=0.025,
         gt=0,
         lt=1,
         description="largest probability that a layup is CEASE although a ridge exceeds the limit "
-        "(docs/probability.md); beyond it the layup is UNDECIDED; unset: the margins alone decide",
+        "(docs/probability.md); beyond it the layup is UNDECIDED; None: the ranges alone decide",
     )
+    RETIRED = ("excess_margin_mm",)
 
 
 class Uncertainty(Section):
@@ -322,6 +312,7 @@ class Uncertainty(Section):
     thickness_share: Share = Field(
         default=0.05, description="the thickness lies within this share of its nominal value, evenly"
     )
+    height_share: Share = Field(default=0.01, description="heights of the scan are right within this share, evenly")
     angle_deg: float = Field(
         default=2.0, ge=0, le=45, description="the fibres run within this angle of where they are said to, evenly"
     )

@@ -18,7 +18,7 @@ class BridgeSection:
     lacks_mm: float
     lacks_error_mm: float
     """`lacks_mm`, `lacks_error_mm`: length by which the fibre is shorter than its mold in the scan; two standard
-    deviations of that, and at least twice the recipe's `excess_margin_mm`."""
+    deviations of that, and at least 0.04 mm."""
     pull_n_per_mm: float
     hold_n_per_mm: float
     """`pull_n_per_mm`, `hold_n_per_mm`: pull of the fibre if its ends were pinned, and the force that friction between

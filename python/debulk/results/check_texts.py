@@ -198,7 +198,7 @@ CHECK_TEXTS = (
         "false_acceptance",
         "A ridge may exceed the limit all the same",
         "the probability that any ridge exceeds the limit, by all that is not known of scan, ply and limit",
-        "`verdict.max_risk`; unset: not looked at",
+        "`verdict.max_risk`, where all pockets are CEASE",
         "rework the pocket that the reason names, or scan with less noise",
         (UNDECIDED,),
     ),

@@ -143,9 +143,9 @@ class ExcessReport:
         Height of the elastic fold that the same length makes by the section model and the recipe's modulus, also where
         the formula gives no ridge. Together the two bound what a ply may do.
     noise_mm
-        Standard deviation of the height by the scan's noise.
+        Standard deviation of the height by the scan's noise, and of the reading.
     uncertainty_mm
-        Two of these, or the recipe's margin if that is more.
+        Two of these.
     missed_mm
         By how much more than this the upper end of `range_mm` lies above `height_mm`.
     bridge_bound_mm

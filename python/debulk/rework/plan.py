@@ -70,7 +70,7 @@ def plan(
     )
     if not len(runs):
         return Rework((), failing, target_mm, handling)
-    most_mm = runs.high_mm + np.maximum(runs.uncertainty_mm, 2 * limits.excess_margin_mm)
+    most_mm = runs.high_mm + runs.uncertainty_mm
     fails = np.isin(pocket, failing)
     nowhere = (pocket == 0) & (most_mm > limit_mm) & (runs.ends == HELD).all(axis=1)
     places = places_of(runs, pocket, ply_outline, apart_mm)

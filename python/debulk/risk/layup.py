@@ -91,10 +91,15 @@ def crease_mm(recipe: Recipe) -> float:
 
 
 def common_sd_mm(recipe: Recipe) -> tuple[float, float]:
-    """Return what all ridges share: the standard deviation of limit and thickness, mm, and of the fibres, radians."""
-    unsure = recipe.uncertainty
-    thickness_mm = FOOT * recipe.material.thickness_mm * unsure.thickness_share / OF_UNIFORM
-    return math.hypot(unsure.limit_mm, thickness_mm), math.radians(unsure.angle_deg) / OF_UNIFORM
+    """Return what all ridges share: the standard deviation of limit and scan, mm, and of the fibres, radians.
+
+    The scan's scale counts as much as it moves a ridge at the limit, where alone it matters: an excess goes with the
+    square of the heights.
+    """
+    unsure, foot_mm = recipe.uncertainty, FOOT * recipe.material.thickness_mm
+    thickness_mm = foot_mm * unsure.thickness_share / OF_UNIFORM
+    height_mm = 2 * max(0.0, crease_mm(recipe) - foot_mm) * unsure.height_share / OF_UNIFORM
+    return math.hypot(unsure.limit_mm, thickness_mm, height_mm), math.radians(unsure.angle_deg) / OF_UNIFORM
 
 
 def _exceeds(places: Sequence[Place], sd_mm: Floats, higher_mm: Floats, drawn: Floats, recipe: Recipe) -> Floats:

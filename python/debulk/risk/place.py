@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 FOOT = 2 - math.pi / 2  # thicknesses of the ply in the ridge formula h = dL/2 + 0.43 t
 OF_UNIFORM = math.sqrt(3.0)  # half the width of a range over its standard deviation
-_LEAST_SD_MM = 0.004  # of a reading without noise
+_LEAST_SD_MM = 0.003  # of a reading without noise
 _BETWEEN = 0.3  # standard deviations that the steps between the residuals below leave open
 SHARES = np.array([0.687, 0.889, 0.927, 0.940, 0.955, 0.967, 0.978, 0.986])
 """Share of the largest excess that one fold gathers, in eighths of the referee's members (bench/risk/risk.py)."""
-RESIDUALS = np.array([-5.314, -2.359, -1.405, -1.168, -0.737, -0.505, -0.394, -0.246,
-                      -0.126, -0.051, 0.026, 0.102, 0.203, 0.403, 0.591, 1.065])  # fmt: skip
+RESIDUALS = np.array([-7.171, -2.015, -1.110, -0.786, -0.645, -0.534, -0.405, -0.269,
+                      -0.156, -0.092, -0.007, 0.084, 0.239, 0.380, 0.605, 1.402])  # fmt: skip
 """True ridge less the one that is read, in standard deviations of the reading, in sixteenths (bench/risk/risk.py)."""
 STRAYS, STRAY_SHARE = 0.01, 0.1
 """Readings that are off by far more: 2 of 196 were low by a tenth of the excess. How many, and by what share of it."""
@@ -57,24 +57,26 @@ def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> P
         heights = np.interp((np.arange(_COUNT) + 0.5) / _COUNT, (0, 1), ridge.range_mm)
         return Place(pocket.id, heights, heights, recipe.verdict.ridge_margin_mm / 2)
     turn_mm, foot = _turn_mm(pocket.id, runs), FOOT * recipe.material.thickness_mm
-    missed_mm, more_mm, sd_mm = reading_of(known.noise_mm, known.missed_mm, known.range_mm[1] - known.alone_mm)
+    more_mm, sd_mm = reading_of(known.noise_mm, known.missed_mm, known.range_mm[1] - known.alone_mm)
     if recipe.uncertainty.crease_mm is not None:
         # Outcomes are counted over the ridge of the whole excess, so their spread holds residuals and shares.
         read = np.full(_COUNT, known.length_mm / 2 + foot)
         return Place(pocket.id, read, read + more_mm, sd_mm, 0.0, turn_mm)
-    read = known.length_mm / 2 + missed_mm + sd_mm * RESIDUALS
+    read = known.length_mm / 2 + sd_mm * RESIDUALS
     alone, joined = (np.outer(SHARES, one).ravel() + foot for one in (read, read + more_mm))
     return Place(pocket.id, alone, joined, _BETWEEN * sd_mm, STRAY_SHARE * known.length_mm / 2, turn_mm)
 
 
-def reading_of(noise_mm: float, missed_mm: float, joined_mm: float) -> tuple[float, float, float]:
-    """Return, of the ridge that lines read: what the filters missed on average, what joins it, and its deviation.
+def reading_of(noise_mm: float, missed_mm: float, joined_mm: float) -> tuple[float, float]:
+    """Return, of the ridge that lines read: what joins it, and its standard deviation.
 
-    What they may have missed, evenly up to so much, contains what joins it from other places (`joined_mm`).
+    The upper end lies two standard deviations above the ridge, of the noise and of what the filters may have missed,
+    and contains what joins it from other places (`joined_mm`). What was missed scatters the ridge and does not raise
+    it, because the estimate has the filters' likely share already.
     """
     more_mm = max(0.0, joined_mm)
     missed_mm = max(0.0, missed_mm - more_mm)
-    return missed_mm / 2, more_mm, math.hypot(noise_mm, missed_mm / math.sqrt(12), _LEAST_SD_MM)
+    return more_mm, max(_LEAST_SD_MM, noise_mm + missed_mm / 2)
 
 
 def _turn_mm(number: int, runs: ExcessRuns | None) -> float:

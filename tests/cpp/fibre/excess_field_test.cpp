@@ -109,6 +109,23 @@ TEST(ExcessField, OfNarrowBellsLiesInTheRange) {
   }
 }
 
+TEST(ExcessField, ItsRangeHoldsBellsAnywhereBetweenLinesAndCells) {
+  FibreOptions options = sharp();
+  options.apart = 2.0;
+  for (const double wide : {20.0, 28.0, 40.0, 70.0})
+    for (const double off : {0.0, 0.3, 0.7, 1.0}) {
+      const Shape gap = bell(off, 0.7 * off, wide, 2 * std::sqrt(0.86 * wide) / M_PI);  // an excess of about 0.86 mm
+      const double want = exact(gap, Plane(), {-60, 0.7 * off}, {60, 0.7 * off});
+      const ExcessField field = field_of(heights_of(gap), Plane(), options);
+      double least = 0, most = 0;
+      for (const FibreRun& run : field.runs)
+        least = std::max(least, run.excess.low - run.uncertainty), most = std::max(most, run.excess.high + run.uncertainty);
+      EXPECT_LE(least, want) << wide << " " << off;
+      EXPECT_GE(most, want) << wide << " " << off;
+      EXPECT_LE(most - least, wide < 40 ? 0.2 : 0.04) << wide << " " << off;  // 0.04 is 0.01 mm of a ridge to either side
+    }
+}
+
 TEST(ExcessField, OfALongWaveIsItsClosedForm) {
   // One period of a raised cosine across x: the excess of small slopes is (h pi / wide)^2 wide / 4.
   const double high = 0.8, wide = 80;

@@ -255,7 +255,7 @@ TEST(Judge, AMarginMayBeWiderThanItsLimit) {
 TEST(Judge, TheLimitsOfSharesAndMarginsAreAllowed) {
   Criteria ends;
   ends.min_coverage = ends.min_pocket_coverage = 1;
-  ends.rms_margin = ends.ridge_margin = ends.excess_margin = ends.compliance_margin = 0;
+  ends.rms_margin = ends.ridge_margin = ends.compliance_margin = 0;
   PocketEvidence evidence = good();
   evidence.coverage = 1;
   EXPECT_EQ(judge(evidence, ends).verdict, Verdict::cease);
@@ -276,7 +276,6 @@ TEST(Judge, NamesEveryCriterionThatIsNotPossible) {
       {&Criteria::max_ridge_height, "max_ridge_height_mm"},
       {&Criteria::rms_margin, "rms_margin_mm"},
       {&Criteria::ridge_margin, "ridge_margin_mm"},
-      {&Criteria::excess_margin, "excess_margin_mm"},
       {&Criteria::compliance_margin, "compliance_margin_mm"},
   };
   const std::pair<double Criteria::*, const char*> shares[] = {{&Criteria::min_coverage, "min_coverage"},

@@ -206,7 +206,7 @@ def test_the_number_that_is_needed_is_about_right(bench):
 def test_probabilities_by_the_proposed_recipe_are_those_of_the_posterior(history, ridge_mm):
     """Summed over all limits and spreads, each logistic; a normal law of the same variance is within 0.023 of that."""
     found, thickness_mm, noise_mm = calibrate(history), 0.3, 0.004
-    recipe = found.proposed(Recipe(uncertainty={"thickness_share": 0, "angle_deg": 0}))
+    recipe = found.proposed(Recipe(uncertainty={"thickness_share": 0, "height_share": 0, "angle_deg": 0}))
     excess_mm = excess_of_ridge(ridge_mm, thickness_mm)
     known = ExcessReport(
         length_mm=excess_mm, height_mm=ridge_mm, range_mm=(ridge_mm, ridge_mm), alone_mm=ridge_mm, elastic_mm=1.0,

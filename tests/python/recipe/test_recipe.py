@@ -41,7 +41,7 @@ def test_the_same_defaults_stand_in_the_core():
     limits, core = Recipe().verdict, Criteria()
     assert limits.max_rms_mm == core.max_rms_mm
     assert limits.max_ridge_mm == core.max_ridge_height_mm
-    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm"):
+    for name in ("min_coverage", "min_pocket_coverage", "rms_margin_mm", "ridge_margin_mm"):
         assert getattr(limits, name) == getattr(core, name)
     for name in ("compliance_margin_mm", "criterion"):
         assert getattr(limits, name) == getattr(core, name)
@@ -54,6 +54,7 @@ def test_every_setting_is_described_and_every_dimension_named():
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
         "threads", "dump_folder", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
+        "height_share",
     }  # fmt: skip
     units = ("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms", "_deg", "_n_mm", "_n_mm3")
     for section in Recipe.model_fields:
@@ -139,9 +140,13 @@ def test_a_net_of_so_few_nodes_that_nothing_can_move_is_refused():
     Recipe(net={"node_target": 20})
 
 
+def test_settings_of_earlier_versions_load_and_change_nothing():
+    assert Recipe(verdict={"excess_margin_mm": 0.05}) == Recipe()
+
+
 def test_limits_and_spacings_that_no_ply_has_are_refused():
     """Larger ones come out as infinite in the figures that are made of them, smaller ones as zero."""
-    limits = ("max_rms_mm", "max_ridge_mm", "rms_margin_mm", "ridge_margin_mm", "excess_margin_mm")
+    limits = ("max_rms_mm", "max_ridge_mm", "rms_margin_mm", "ridge_margin_mm")
     for name in (*limits, "compliance_margin_mm"):
         assert error_of(Recipe, verdict={name: 1e300}) == f"verdict.{name}: expected a number at most 1000, got 1e+300"
     assert error_of(Recipe, net={"spacing_mm": 1e-300}) == "net.spacing_mm: expected a number at least 0.1, got 1e-300"

@@ -106,7 +106,7 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["recipe"].update(level=3), "recipe: level: expected a table of settings, got 3"),
         (lambda t: t["recipe"]["level"].update(tol_mm="x"), "recipe: level.tol_mm: expected a number, got 'x'"),
         (lambda t: t["recipe"]["material"].update(bulk_factor="Infinity"), "recipe: material.bulk_factor: expected a"),
-        (lambda t: t["recipe"]["verdict"].update(excess_margin_mm=10**400), "recipe: verdict.excess_margin_mm: "),
+        (lambda t: t["recipe"]["verdict"].update(ridge_margin_mm=10**400), "recipe: verdict.ridge_margin_mm: "),
         (lambda t: (t["recipe"].pop("level"), t["level"].update(laid_mm=0.7)), "does not fit the level: the ply"),
         (lambda t: t["pockets"][2]["solve"].update(certified=False), "pockets[2].verdict: CEASE does not fit"),
         (lambda t: t["pockets"][2].update(solve=None), "pockets[2].verdict: CEASE does not fit"),

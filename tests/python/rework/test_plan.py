@@ -35,7 +35,7 @@ def runs(*rows, count=9):
             one = {
                 "family": 0, "line": k, "spans": spans, "from_mm": (a, 2.0 * k), "to_mm": (b, 2.0 * k),
                 "top_mm": ((a + b) / 2, 2.0 * k), "gap_mm": 3.0, "length_mm": b - a, "flat_mm": flat, "low_mm": mm,
-                "excess_mm": mm, "high_mm": mm, "uncertainty_mm": 0.0, "turn_mm": 0.0, "ends": (HELD, HELD),
+                "excess_mm": mm, "high_mm": mm, "uncertainty_mm": 0.04, "turn_mm": 0.0, "ends": (HELD, HELD),
                 "beyond_mm": (a + 200, 200 - b),
             }  # fmt: skip
             for name, value in one.items():
@@ -52,7 +52,7 @@ def test_what_exceeds_the_target_leaves_towards_the_nearer_edge():
     (move,) = planned(runs((40, 80, 1.5, 1))).moves
     assert (move.pockets, move.fibre, move.by, move.into) == ((1,), 0, "pull", False)
     assert move.towards_deg == 0.0
-    assert move.length_mm == pytest.approx(1.5 + 0.04 - TARGET_MM)  # with the margin of the excess
+    assert move.length_mm == pytest.approx(1.5 + 0.04 - TARGET_MM)  # with its uncertainty
     assert move.flat_mm == pytest.approx(120.0)
     assert move.to_mm[:, 0] == pytest.approx(200.0)
     assert move.lengths_mm.max() == move.lengths_mm[len(move.lengths_mm) // 2]

@@ -56,7 +56,7 @@ def test_it_grows_with_the_excess_from_none_to_certain():
 
 
 def test_it_is_the_share_of_heights_above_the_limit_where_nothing_scatters():
-    sharp = Recipe(uncertainty={"thickness_share": 0, "angle_deg": 0})
+    sharp = Recipe(uncertainty={"thickness_share": 0, "height_share": 0, "angle_deg": 0})
     one = pocket(1, 1.15 * LIMIT_EXCESS_MM, noise_mm=0.0)
     excess_mm = 1.15 * LIMIT_EXCESS_MM + 2 * _LEAST_SD_MM * RESIDUALS
     share = (np.outer(SHARES, excess_mm) > LIMIT_EXCESS_MM).mean()

@@ -10,10 +10,10 @@ from debulk.verdict import Verdict
 
 
 def findings(seen: Seen) -> list[Finding]:
-    """Return UNDECIDED if that probability is above ``verdict.max_risk``, or not known; nothing if that is not set."""
+    """Return UNDECIDED if all pockets are CEASE and that probability is above ``verdict.max_risk``, or not known."""
     recipe = seen.ply.recipe
     most = recipe.verdict.max_risk
-    if most is None:
+    if most is None or any(report.verdict is not Verdict.CEASE for report in seen.judged.reports):
         return []
     found = risk(seen.judged.reports, long_runs(seen.found.runs, seen.judged.pockets, seen.ply), recipe)
     if found.layup is not None and found.layup <= most:

@@ -9,6 +9,7 @@ import numpy as np
 
 from debulk.fibre import FibreRuns
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
@@ -26,8 +27,7 @@ def long_runs(scanned: ScanRuns | None, pockets: Sequence[FoundPocket], ply: Ply
         pocket[one.crossing] = one.number
     recipe = ply.recipe
     counts_mm = excess_of_ridge(options.counts_from_mm(recipe), recipe.material.thickness_mm)
-    most_mm = runs.high_mm + np.maximum(runs.uncertainty_mm, 2 * recipe.verdict.excess_margin_mm)
-    long = most_mm > counts_mm
+    long = excess.most_mm(runs) > counts_mm
     key = runs.family + 2 * runs.line.astype(np.int64)
     kept = np.isin(key, key[long])
     columns = {entry.name: getattr(runs, entry.name)[kept] for entry in fields(FibreRuns)}

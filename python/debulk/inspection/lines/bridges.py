@@ -24,6 +24,7 @@ from debulk.results.bridge_section import BridgeSection
 # Where a fibre is surely too short, the upper end of its height by its errors lay below that of an own code in 6 of 24
 # scans, by up to 0.14 mm (bench/trust/bridges_fresh.txt). The margin of the limit covers the rest.
 _MISSED_MM = 0.1
+_LEAST_ERROR_MM = 0.04  # of a fibre's length; a ridge is half as high as its excess is long
 _UNKNOWN = (math.nan, math.nan)
 
 
@@ -77,9 +78,7 @@ def _measured(runs: FibreRuns | None, ply: PlyOnMold, stop: _core.Stop) -> Bridg
     first = np.flatnonzero(np.diff(runs.line, prepend=-1))
     last = np.flatnonzero(np.diff(runs.line, append=-1))
     lacks_mm = -np.add.reduceat(runs.excess_mm, first)
-    # A ridge is half as high as its excess is long.
-    least_mm = 2 * recipe.verdict.excess_margin_mm
-    error_mm = np.maximum(np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first)), least_mm)
+    error_mm = np.maximum(np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first)), _LEAST_ERROR_MM)
     # What is too long on it may feed what is too short, or not, as flat ply between them may hold both.
     most_mm = np.maximum(lacks_mm, -np.minimum.reduceat(runs.excess_mm, first)) + error_mm
     fibres = np.column_stack([runs.from_mm[first], runs.to_mm[last], lacks_mm, error_mm, most_mm])

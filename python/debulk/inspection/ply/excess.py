@@ -10,21 +10,24 @@ from debulk.fibre import FREE, FibreRuns
 from debulk.inspection.ply.polyline import direction_deg
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport
+from debulk.risk.place import SHARES
+
+GATHERED = float(SHARES[-3])
+"""Share of the excess that one fold has to gather to make a pocket CREASE. In five of eight of the referee's members it
+gathers less (docs/probability.md)."""
 
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
     """Return the ridge that the runs over a pocket's foot make, at least one, with its range.
 
-    What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
-    what is free may be held, and what so little flat ply parts may gather in one fold.
+    What surely stands is that of a run with no free end, and with no flat ply in it, as far as one fold gathers it. The
+    upper end is that of all runs: what is free may be held, and what so little flat ply parts may gather in one fold.
     """
-    least_mm = 2 * recipe.verdict.excess_margin_mm  # an excess is twice as long as its ridge is high
-    margin_mm = np.maximum(runs.uncertainty_mm, least_mm)
     single = alone(runs)
     sure = single & bound(runs)
-    low_mm = float((runs.low_mm - margin_mm)[sure].max(initial=0.0))
-    high_mm = float((runs.high_mm + margin_mm).max(initial=0.0))
-    alone_mm = float((runs.high_mm + margin_mm)[single].max(initial=0.0))
+    low_mm = GATHERED * float((runs.low_mm - runs.uncertainty_mm)[sure].max(initial=0.0))
+    high_mm = upper_mm(runs)
+    alone_mm = upper_mm(runs[single])
     # A line has a run for each stretch off the mold by itself, so that one without flat ply is always among them.
     worst = int(np.argmax(np.where(sure if sure.any() else single, runs.excess_mm, -np.inf)))
     excess_mm = float(runs.excess_mm[worst])
@@ -36,8 +39,8 @@ def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessRe
         alone_mm=_standing(alone_mm, recipe),
         elastic_mm=section.elastic_height(excess_mm, recipe),
         noise_mm=float(runs.uncertainty_mm[worst]) / 4,
-        uncertainty_mm=float(margin_mm[worst]) / 2,
-        missed_mm=max(0.0, high_mm - excess_mm - float(margin_mm[worst])) / 2,
+        uncertainty_mm=float(runs.uncertainty_mm[worst]) / 2,
+        missed_mm=max(0.0, high_mm - excess_mm - float(runs.uncertainty_mm[worst])) / 2,
         bridge_bound_mm=bridge_bound_mm,
         fibre=int(runs.family[worst]),
         direction_deg=direction_deg(np.array([x1 - x0, y1 - y0])),

@@ -36,6 +36,7 @@ _SEEN = 0.9  # of hump and ring
 _SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quadratic surface, at most
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
+_AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
 _EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
@@ -115,11 +116,11 @@ def _largest_near(largest: Grid, hump: Hump) -> float:
 
 def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
     """Name each hump, with its ridge against the limit; UNDECIDED where the ply stands off it."""
-    limit, least_mm = recipe.verdict.max_ridge_mm, 2 * recipe.verdict.excess_margin_mm
+    limit = recipe.verdict.max_ridge_mm
     remedy = "give the scan that was taken after the ply before was debulked"
     out = []
     for hump in humps:
-        air = hump.shown_mm > least_mm
+        air = hump.shown_mm > _AIR_MM
         stands = f", and the ply stands off it: together a ridge of {hump.ridge_mm:.2f} mm" if air else ""
         reason = f"the reference has {_what(hump)}{stands}: if that is a pocket of the ply before, {remedy}"
         at_best = Verdict.UNDECIDED if air else None
