@@ -40,10 +40,10 @@ def test_a_pocket_stands_where_the_truth_says():
     assert np.hypot(top[0] - pockets["x_mm"][only], top[1] - pockets["y_mm"][only]) < 5
 
 
-# Steep flanks, a fold on a bell, and lobes. Of all pockets of the benchmark the lobes lie farthest beyond two standard
-# deviations (bench/open/margins.txt).
-@pytest.mark.parametrize(("number", "beyond_mm"), [(88, 0.0), (146, 0.0), (197, 0.02)])
-def test_the_true_ridge_lies_between_the_ends_of_its_range(number, beyond_mm):
+@pytest.mark.parametrize(
+    "number", [88, 146, 197]
+)  # steep flanks, a fold on a bell, and lobes: 0.03 to 0.06 mm too low before
+def test_the_true_ridge_lies_between_the_ends_of_its_range(number):
     scene = open_scenes.draw(number)
     recipe = debulk.Recipe(material={"thickness_mm": scene.ply.thickness_mm})
     angles = (scene.fibre_deg, scene.fibre_deg + 90)
@@ -59,8 +59,8 @@ def test_the_true_ridge_lies_between_the_ends_of_its_range(number, beyond_mm):
         near = [p for p in report.pockets if np.hypot(*(p.outline_mm.mean(axis=0) - (lift.x, lift.y))) < lift.a]
         for p in (p for p in near if p.excess is not None and 0.45 < true_mm < 0.75):
             low, high = p.excess.range_mm
-            assert true_mm - 0.1 < low <= true_mm
-            assert true_mm - beyond_mm <= high < true_mm + 0.1
+            assert true_mm - 0.1 < low < true_mm + 0.01
+            assert true_mm <= high < true_mm + 0.15
             compared += 1
     assert compared
 

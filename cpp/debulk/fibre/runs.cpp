@@ -95,10 +95,6 @@ void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& 
         run.ends[static_cast<std::size_t>(side)] = held.end, run.beyond[static_cast<std::size_t>(side)] = held.beyond;
       }
       out.push_back(run);
-      // What lies evenly within a range scatters by its width over sqrt(12). With the uncertainty the high end lies two
-      // standard deviations above the middle (bench/open/margins.txt).
-      const double missed = (run.excess.high - run.excess.mid) / std::sqrt(3.0);
-      out.back().excess.high = run.excess.mid + std::hypot(run.uncertainty, missed) - run.uncertainty;
     }
   }
 }

@@ -70,13 +70,12 @@ def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> P
 def reading_of(noise_mm: float, missed_mm: float, joined_mm: float) -> tuple[float, float]:
     """Return, of the ridge that lines read: what joins it, and its standard deviation.
 
-    The upper end lies two standard deviations above the ridge, of the noise and of what the filters may have missed,
-    and contains what joins it from other places (`joined_mm`). What was missed scatters the ridge and does not raise
-    it, because the estimate has the filters' likely share already.
+    What the filters may have missed, evenly up to so much, contains what joins it from other places (`joined_mm`). It
+    scatters the ridge and does not raise it, because the estimate has the filters' likely share already.
     """
     more_mm = max(0.0, joined_mm)
     missed_mm = max(0.0, missed_mm - more_mm)
-    return more_mm, max(_LEAST_SD_MM, noise_mm + missed_mm / 2)
+    return more_mm, max(_LEAST_SD_MM, math.hypot(noise_mm, missed_mm / math.sqrt(12)))
 
 
 def _turn_mm(number: int, runs: ExcessRuns | None) -> float:

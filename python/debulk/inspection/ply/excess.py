@@ -10,22 +10,17 @@ from debulk.fibre import FREE, FibreRuns
 from debulk.inspection.ply.polyline import direction_deg
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport
-from debulk.risk.place import SHARES
-
-GATHERED = float(SHARES[-3])
-"""Share of the excess that one fold has to gather to make a pocket CREASE. In five of eight of the referee's members it
-gathers less (docs/probability.md)."""
 
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
     """Return the ridge that the runs over a pocket's foot make, at least one, with its range.
 
-    What surely stands is that of a run with no free end, and with no flat ply in it, as far as one fold gathers it. The
-    upper end is that of all runs: what is free may be held, and what so little flat ply parts may gather in one fold.
+    What surely stands is that of a run with no free end, and with no flat ply in it. The upper end is that of all runs:
+    what is free may be held, and what so little flat ply parts may gather in one fold.
     """
     single = alone(runs)
     sure = single & bound(runs)
-    low_mm = GATHERED * float((runs.low_mm - runs.uncertainty_mm)[sure].max(initial=0.0))
+    low_mm = float((runs.low_mm - runs.uncertainty_mm)[sure].max(initial=0.0))
     high_mm = upper_mm(runs)
     alone_mm = upper_mm(runs[single])
     # A line has a run for each stretch off the mold by itself, so that one without flat ply is always among them.
