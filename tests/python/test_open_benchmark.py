@@ -60,7 +60,7 @@ def test_the_true_ridge_lies_between_the_ends_of_its_range(number):
         for p in (p for p in near if p.excess is not None and 0.45 < true_mm < 0.75):
             low, high = p.excess.range_mm
             assert true_mm - 0.1 < low < true_mm + 0.01
-            assert true_mm <= high < true_mm + 0.15
+            assert true_mm <= high < true_mm + 0.2
             compared += 1
     assert compared
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from debulk.recipe import Recipe
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
+from debulk.ridge import excess_of_ridge
 from debulk.verdict import Verdict
 
 
@@ -23,8 +25,8 @@ class Limits:
     """Of holes beside the recipe's limits; bench/trust/holes.py has holes over creases."""
 
     speck_points: int = 8  # fewer than 3 by 3, as in the C++ core
-    # Of the thickness up to which holes are bridged: a smaller hole that is thicker, and whose rim stands, may hide the
-    # top of a narrow bump that creases. What stands at both sides of a thinner one is what stands in it.
+    # A smaller hole may hide the upper half of a bell, which would be as high again, and its foot as wide again. In a
+    # hole of less than this share of the thickness up to which holes are bridged stands what stands at both its sides.
     hides_share: float = 0.5
 
 
@@ -143,7 +145,7 @@ def _of_hole(
         if hole.rim_height >= high and not _in_a_foot(hole, pockets, _reach(hole)):
             if hole.area >= area_tol:
                 return standing
-            if not flat and hole.thickness > LIMITS.hides_share * BRIDGE_MM:
+            if not flat and _hides_a_bell(hole, recipe):
                 return finding(Verdict.UNDECIDED, rises)
     elif hole.rim_height >= high:
         if one := _judged_with(hole, pockets):
@@ -155,6 +157,18 @@ def _of_hole(
     elif hole.thickness > BRIDGE_MM and not hidden:
         return finding(Verdict.UNDECIDED, f"{name}, where a pocket could lie unseen: scan again")
     return None
+
+
+def _hides_a_bell(hole: pocket.UnseenHole, recipe: Recipe) -> bool:
+    """Return whether a bell whose upper half lies in the hole makes a ridge above the limit.
+
+    With a rim g high round a hole w wide it is 2 g high and 2 w wide, and half the integral of its squared slopes, its
+    excess, is (π g)² / (2 w).
+    """
+    high_mm = hole.rim_height - recipe.material.thickness_mm
+    limit_mm = excess_of_ridge(recipe.verdict.max_ridge_mm, recipe.material.thickness_mm)
+    wide = hole.thickness > LIMITS.hides_share * BRIDGE_MM
+    return wide and (math.pi * high_mm) ** 2 > 2 * hole.thickness * limit_mm
 
 
 def _judged_with(hole: pocket.UnseenHole, pockets: Sequence[PocketReport]) -> PocketReport | None:

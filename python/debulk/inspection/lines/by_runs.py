@@ -102,8 +102,8 @@ def _ends_above(runs: FibreRuns, recipe: Recipe) -> bool:
 
 def _denser(judged: Judgement, known: ExcessReport, recipe: Recipe) -> Judgement:
     """Ask for a denser scan where only what the filters may have taken makes a pocket UNDECIDED."""
-    read_mm, limit_mm = known.height_mm + known.uncertainty_mm, recipe.verdict.max_ridge_mm
-    if judged.verdict is not Verdict.UNDECIDED or not read_mm <= limit_mm < known.alone_mm:
+    least_mm, limit_mm = known.range_mm[0] + 2 * known.uncertainty_mm, recipe.verdict.max_ridge_mm
+    if judged.verdict is not Verdict.UNDECIDED or not least_mm <= limit_mm < known.alone_mm:
         return judged
     why = f"by so much the filters may have lowered what is narrow for such heights: {_DENSER}"
     return replace(judged, reason=f"{judged.reason}; {why}", remedy=_DENSER)
