@@ -306,6 +306,11 @@ COMMANDS = {
 }
 
 
+def interruptible() -> None:
+    """Listen to SIGINT, which whatever a shell started in the background ignores, and so this test with it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def left_of(session: int) -> list[str]:
     """Return the processes of a session."""
     found = []
@@ -346,7 +351,13 @@ def test_a_command_that_is_ended_at_any_instant_leaves_nothing_half_done(cell, c
             break
         (cell / "batch.sqlite").unlink(missing_ok=True)  # what is done already would not be done again
         process = subprocess.Popen(
-            program, cwd=cell, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+            program,
+            cwd=cell,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+            preexec_fn=interruptible,
         )
         time.sleep(rng.uniform(0.2, 1.0) * lasted)
         process.send_signal(sign)
