@@ -216,6 +216,7 @@ trust: $(stamps)/package $(stamps)/bench ## Try the verdicts on 2000 random scen
 	$(python) bench/trust/stranger.py --scenes 80 --seed 11 --out bench/trust/stranger.txt
 	$(python) bench/trust/foreign.py --scenes 1 --seed 40 > bench/trust/foreign.txt
 	$(python) bench/trust/foreign.py --scenes 1 --seed 41 >> bench/trust/foreign.txt
+	$(python) bench/trust/bumps.py > bench/trust/bumps.txt
 	$(python) bench/trust/setups.py --out bench/trust/setups.txt
 	$(python) bench/trust/outlines.py --layups 2 --out bench/trust/outlines.txt
 
