@@ -34,10 +34,16 @@ class Layup(BaseModel):
     measured_angles: Path | None = None
     camera: tuple[float, float, float] | None = None
     unit: Literal["mm", "m"] = "mm"
-    """`angles_deg`, `measured_angles`, `camera`, `unit`: fibre directions, degrees from mold +x; what a sensor saw of
-    them; f, cx, cy in pixels; "mm" or "m"."""
+    frame_unit: Literal["mm", "m"] | None = None
+    """`angles_deg`, `measured_angles`, `camera`, `unit`, `frame_unit`: fibre directions, degrees from mold +x; what a
+    sensor saw of them; f, cx, cy in pixels; "mm" or "m"; that of pose, outline and measured angles, None: as `unit`."""
     context: dict[str, Any]
     """What is kept with the report. Without ``part`` the folder's name within the archive is the part."""
+
+    @property
+    def in_frame(self) -> Literal["mm", "m"]:
+        """Unit of what is given in the mold frame."""
+        return self.frame_unit or self.unit
 
     @property
     def key(self) -> tuple[str, str]:

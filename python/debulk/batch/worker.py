@@ -31,14 +31,14 @@ def inspected(layup: Layup, recipe: dict[str, Any], build: str) -> tuple[bytes, 
         inspector = Inspector(
             Recipe(**recipe),
             files.load_cloud(of("reference"), layup.unit),
-            None if outline is None else files.load_outline(outline, layup.unit),
+            None if outline is None else files.load_outline(outline, layup.in_frame),
             layup.angles_deg,
-            np.eye(4) if str(layup.pose) == "identity" else pose and files.load_pose(pose, layup.unit),
+            np.eye(4) if str(layup.pose) == "identity" else pose and files.load_pose(pose, layup.in_frame),
             layup.camera,
             None if mask is None else files.load_mask(mask),
         )
         measured = of("measured_angles")
-        angles = None if measured is None else files.load_angles(measured, layup.unit)
+        angles = None if measured is None else files.load_angles(measured, layup.in_frame)
         scan = files.load_cloud(of("scan"), layup.unit)
         report = inspector.inspect(scan, context=layup.context, fibre_angles_deg=angles)
     except (InputError, OSError) as error:

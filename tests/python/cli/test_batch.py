@@ -1,5 +1,6 @@
 """An archive inspected again: nothing is lost and nothing done twice, whatever is killed."""
 
+import json
 import os
 import signal
 import subprocess
@@ -102,6 +103,19 @@ def test_what_a_sensor_saw_of_a_ply_is_inspected_with_it(archive, tmp_path):
     turned = layup.model_copy(update={name: archive / file for name, file in files.items()})
     text, wrong = inspected(turned, debulk.Recipe().model_dump(), build_id())
     assert not wrong and "5.0 degrees counter-clockwise from nominal" in text.decode()
+
+
+def test_a_pose_may_have_another_unit_than_the_clouds(archive, tmp_path):
+    pose = np.loadtxt(archive / "pose.txt")
+    pose[:3, 3] /= 1000
+    np.savetxt(tmp_path / "pose.txt", pose, fmt="%.17g")
+    said = 'scan = "{0}/ply0/scan.npy"\nreference = "{0}/reference.npy"\npose = "pose.txt"\nframe_unit = "m"'
+    (tmp_path / "layup.toml").write_text(said.format(archive))
+    (layup,) = layups(tmp_path)
+    known = layup.model_copy(update={"pose": archive / "pose.txt", "frame_unit": None})
+    (text, wrong), (same, _) = (inspected(one, debulk.Recipe().model_dump(), build_id()) for one in (layup, known))
+    pockets = [[(p["verdict"], p["area_mm2"]) for p in json.loads(one)["pockets"]] for one in (text, same)]
+    assert not wrong and pockets[0] and pockets[0] == pockets[1]
 
 
 @pytest.mark.parametrize(
