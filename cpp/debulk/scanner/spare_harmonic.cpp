@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include <Eigen/Dense>
 
 namespace debulk {
 namespace {
 
-constexpr int segment = 256;  // pixels that are fitted together
-constexpr int highest = 18;   // multiple of the phase; the harmonics of a gamma of 0.45 are below 0.4 % from here on
+constexpr int segment = 256;          // pixels that are fitted together
+constexpr int highest = 18;           // multiple of the phase; the harmonics of a gamma of 0.45 are below 0.4 % from here on
+constexpr double least_contrast = 5;  // a lit pixel's modulation exceeds this many standard deviations of a grey value
 constexpr double pi = 3.14159265358979323846;
 
 }  // namespace
@@ -57,6 +59,7 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
   design.row(0) = level;
   ArrayXd variance = ArrayXd::Zero(count), mean = ArrayXd::Zero(count);
   ArrayXd share = ArrayXd::Zero(count);  // of the variance of a grey value that the residuals have
+  ArrayXd weakest = ArrayXd::Constant(count, std::numeric_limits<double>::infinity());  // the least modulation
 
   for (Index p = 0; p + sets <= (sets == 2 ? 2 : periods); ++p) {
     const auto sum = [&](const std::vector<double>& factors, Index set) -> ArrayXd {
@@ -67,6 +70,7 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
     for (Index set = 0; set < sets; ++set) {
       c[set] = sum(how_->cosine, set) * (2.0 / how_->steps), s[set] = sum(how_->sine, set) * (-2.0 / how_->steps);
       modulation[set] = (c[set].square() + s[set].square()).sqrt().max(1e-9);
+      weakest = weakest.min(modulation[set]);
       const ArrayXd turn_c = c[set] / modulation[set], turn_s = s[set] / modulation[set];
       ArrayXd power_c = turn_c, power_s = turn_s;
       Index row = 1 + set * each;
@@ -109,7 +113,10 @@ void SpareSegment::fit(std::vector<LevelVariance>& out) {
       }
     }
   }
-  for (Index i = 0; i < count; ++i) out.push_back({mean(i) / share(i), variance(i) / share(i)});
+  // A pixel that no fringe lights has a phase of noise, which the fitted terms follow: it would show a tenth of its variance.
+  const double scatter = std::sqrt((variance * weight.square()).mean() / how_->estimates());
+  for (Index i = 0; i < count; ++i)
+    if (weakest(i) * weight(i) > least_contrast * scatter) out.push_back({mean(i) / share(i), variance(i) / share(i)});
   count_ = 0;
 }
 
