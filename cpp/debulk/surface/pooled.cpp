@@ -74,8 +74,9 @@ Grid<std::uint8_t> nodes_near(const Grid<std::uint8_t>& squares, const Grid<doub
       if (squares.at(i, j) == 0) continue;
       const Eigen::Vector2d at = nodes.locate(squares.position(i, j));
       const int column = static_cast<int>(std::lround(at.x())), row = static_cast<int>(std::lround(at.y()));
-      for (int b = std::max(0, row - reach); b <= std::min(nodes.ny - 1, row + reach); ++b)
-        for (int a = std::max(0, column - reach); a <= std::min(nodes.nx - 1, column + reach); ++a) out.at(a, b) = 1;
+      const int from = std::max(0, column - reach), to = std::min(nodes.nx - 1, column + reach);
+      if (from > to) continue;
+      for (int b = std::max(0, row - reach); b <= std::min(nodes.ny - 1, row + reach); ++b) std::fill_n(&out.at(from, b), to - from + 1, 1);
     }
   return out;
 }

@@ -43,6 +43,7 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "far_place?": ("f", (4,)),  # the shift, and to how many mm the reference had been rounded
     "cloud_shape?": ("i", (None,)),
     "cloud_sha256?": ("U", ()),
+    "cloud_xxh3?": ("U", ()),
 }
 _SPARE_BYTES = 1 << 16  # allowed for headers of the archive
 
@@ -68,6 +69,7 @@ def write(given: Given, path: Path) -> None:
         "far_place": None if prepared.place.shift_mm is None else [*prepared.place.shift_mm, prepared.place.rounded_mm],
         "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,
         "cloud_sha256": None if prepared.cloud is None else prepared.cloud.sha256,
+        "cloud_xxh3": None if prepared.cloud is None else prepared.cloud.xxh3,
     }
     if isinstance(angles, Grid):
         arrays |= {"fibre_angles": angles.values.astype(np.float64), "fibre_angles_grid": _grid(angles)}
@@ -132,9 +134,10 @@ def _place(values: NDArray[Any] | None) -> FarPlace:
 
 
 def _cloud(arrays: dict[str, NDArray[Any]]) -> ArrayTrace | None:
-    if not {"cloud_shape", "cloud_sha256"} <= set(arrays):
+    if "cloud_shape" not in arrays:
         return None
-    return ArrayTrace(shape=tuple(arrays["cloud_shape"].tolist()), sha256=str(arrays["cloud_sha256"]))
+    hashes = {kind: str(arrays[f"cloud_{kind}"]) for kind in ("sha256", "xxh3") if f"cloud_{kind}" in arrays}
+    return ArrayTrace(shape=tuple(arrays["cloud_shape"].tolist()), **hashes)
 
 
 def _arrays(path: Path) -> dict[str, NDArray[Any]]:

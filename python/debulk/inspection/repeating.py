@@ -1,4 +1,4 @@
-"""Repeating an inspection from its report: clouds with the same SHA-256 give the same figures to the last bit."""
+"""Repeating an inspection from its report: clouds with the same fingerprint give the same figures to the last bit."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Repetition:
     """Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not
     compared."""
     unchecked: tuple[str, ...] = ()
-    """Which of scan, reference and mask could be compared by their shape only, because the record has no SHA-256 of
-    them."""
+    """Which of scan, reference and mask could be compared by their shape only, because the record has no
+    fingerprint of them."""
 
     @property
     def same(self) -> bool:
@@ -61,7 +61,7 @@ def repeat(
     report
         A report from memory or from `Report.load`.
     scan, reference
-        The clouds of that inspection, mm. They are refused if their SHA-256 is not the one in the record.
+        The clouds of that inspection, mm. They are refused if their fingerprint is not the one in the record.
     mask
         (H, W) bool, if that inspection had one.
     progress
@@ -97,7 +97,10 @@ def repeat(
     near_scan, near_reference = place.near(scan, "scan"), place.near(reference, "reference")
     found = {
         "scan": (fingerprint.of_cloud(near_scan, name="scan", kind=_hash_of(trace.scan)), trace.scan),
-        "reference": (fingerprint.of_cloud(near_reference, name="reference"), trace.reference),
+        "reference": (
+            fingerprint.of_cloud(near_reference, name="reference", kind=_hash_of(trace.reference)),
+            trace.reference,
+        ),
         "mask": (None if hidden is None else fingerprint.of_mask(hidden), trace.mask),
     }
     for name, (given, kept) in found.items():

@@ -84,8 +84,7 @@ def references(layups: Sequence[Layup]) -> list[str]:
     """Return for each ply of a stack, in order, what is wrong with its reference by the fingerprints; empty: nothing.
 
     The reference of a ply is the scan of the ply before, after it was debulked. A cloud that was another ply's
-    reference, or another ply's scan before debulking, is not. The latter shows only if scans have a SHA-256, too
-    (``run.scan_hash``).
+    reference, or another ply's scan before debulking, is not.
     """
     used: dict[str, str] = {}
     draped: dict[tuple[str, str], str] = {}

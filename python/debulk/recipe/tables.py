@@ -338,8 +338,9 @@ class Run(Section):
     )
     hash_scan: Literal["xxh3", "sha256", True, False] = Field(
         default="xxh3",
-        description="the scan's fingerprint in the report, computed beside the inspection. xxh3: tells another scan "
-        "from this one (0.05 s of one core per GB); sha256: a forged one, too (0.6 s); true: sha256; false: none",
+        description="the fingerprint of scan and reference in the report, computed beside the inspection. xxh3: tells "
+        "another cloud from this one (0.05 s of one core per GB); sha256: a forged one, too (0.6 s); true: sha256; "
+        "false: none",
     )
 
     @property

@@ -39,7 +39,8 @@ def test_all_that_went_in_is_named(layup, tmp_path):
     assert abs((datetime.fromisoformat(trace.time_utc) - before).total_seconds()) < 5
     assert (trace.scan.shape, trace.scan.sha256) == ((480, 640, 3), None)
     assert trace.scan.xxh3 == xxhash.xxh3_128_hexdigest(layup.scan.astype("<f4").tobytes())
-    assert (trace.reference.shape, trace.reference.sha256) == ((480, 640, 3), sha256(layup.reference))
+    assert (trace.reference.shape, trace.reference.sha256) == ((480, 640, 3), None)
+    assert trace.reference.xxh3 == xxhash.xxh3_128_hexdigest(layup.reference.astype("<f4").tobytes())
     assert trace.mask.sha256 == hashlib.sha256(mask.tobytes()).hexdigest()
     assert trace.fibre_angles_deg.tolist() == [30, 120]
     assert (trace.mold_from_scanner == layup.mold_from_scanner).all()
@@ -71,31 +72,33 @@ def test_a_map_of_angles_keeps_its_bits(layup, tmp_path):
     assert kept.fibre_angles_map.values.tobytes() == values.tobytes()
 
 
-def test_a_saved_inspector_knows_its_reference(layup, tmp_path):
-    inspector = made(layup)
+@pytest.mark.parametrize("wanted", ["xxh3", "sha256", False])
+def test_a_saved_inspector_knows_its_reference(layup, tmp_path, wanted):
+    inspector = made(layup, recipe=debulk.Recipe(run={"hash_scan": wanted}))
     inspector.save(tmp_path / "i.npz")
-    again = debulk.Inspector.load(tmp_path / "i.npz").inspect(layup.scan)
-    assert again.trace.reference.sha256 == sha256(layup.reference)
+    assert debulk.Inspector.load(tmp_path / "i.npz").prepared.cloud == inspector.prepared.cloud
 
 
 @pytest.mark.parametrize(
     ("wanted", "has_sha256", "has_xxh3"),
     [("xxh3", False, True), ("sha256", True, False), (True, True, False), (False, False, False)],
 )
-def test_the_recipe_says_which_hash_of_the_scan_is_kept(layup, wanted, has_sha256, has_xxh3):
+def test_the_recipe_says_which_hash_of_the_clouds_is_kept(layup, wanted, has_sha256, has_xxh3):
     report = made(layup, recipe=debulk.Recipe(run={"hash_scan": wanted})).inspect(layup.scan)
-    scan = report.trace.scan
-    assert scan.shape == (480, 640, 3)
-    assert scan.sha256 == (sha256(layup.scan) if has_sha256 else None)
-    assert (scan.xxh3 is not None) == has_xxh3
+    clouds = {"scan": layup.scan, "reference": layup.reference}
+    for name, cloud in clouds.items():
+        kept = getattr(report.trace, name)
+        assert kept.shape == (480, 640, 3)
+        assert kept.sha256 == (sha256(cloud) if has_sha256 else None)
+        assert (kept.xxh3 is not None) == has_xxh3
     again = debulk.repeat(report, layup.scan, layup.reference)
     assert again.same, again.differences
-    assert ("scan" in again.unchecked) == (wanted is False)
-    changed = layup.scan.copy()
-    changed[240, 320, 2] += 0.5
-    if wanted is not False:
-        with pytest.raises(debulk.InputError, match="scan: expected the inspection's"):
-            debulk.repeat(report, changed, layup.reference)
+    assert set(again.unchecked) == (set() if wanted else {"scan", "reference"})
+    for name, cloud in clouds.items() if wanted else ():
+        changed = cloud.copy()
+        changed[240, 320, 2] += 0.5
+        with pytest.raises(debulk.InputError, match=f"{name}: expected the inspection's"):
+            debulk.repeat(report, **{**clouds, name: changed})
 
 
 def test_a_hash_ends_with_the_inspection():

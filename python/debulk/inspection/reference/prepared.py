@@ -95,7 +95,7 @@ def prepare(
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     place = FarPlace.of(reference, mold_from_scanner, camera)
     reference, pose = place.near(reference, "reference", stop), place.pose(mold_from_scanner)
-    with fingerprint.in_parallel(reference, stop, "sha256") as fingerprinted:  # it takes longer than the copy
+    with fingerprint.in_parallel(reference, stop, recipe.run.scan_hash) as fingerprinted:
         points, image, sample = _cleaned(reference, pose, camera, mask, recipe, preparation)
     trace = fingerprinted()
     heights = _gridded(points, sample, pose, mask, recipe, preparation)
