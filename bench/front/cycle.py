@@ -15,6 +15,8 @@ import numpy as np
 
 import debulk
 from debulk.inspection.clouds import fingerprint
+from debulk.inspection.reference import prepared
+from debulk.inspection.running.cycle import Preparation
 
 COLOURS = (
     "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3",
@@ -80,11 +82,19 @@ def fibres_ms(inspector, scan) -> float:
 def next_reference(reference, outline, pose) -> list[str]:
     """Return lines with the time from a cloud to the inspector whose reference it is, step by step; the best of three.
 
-    In a layup of several plies it passes between two of them. The cloud is read-only, as that of a stack.
+    In a layup of several plies it passes between two of them. The cloud is read-only, so it is not copied. In a stack
+    it has been cleaned already, by the comparison that let the ply pass.
     """
     below = np.array(reference)
     below.setflags(write=False)
+    cleaned = prepared._cleaned(below, pose, None, None, debulk.Recipe(), Preparation(None))
+    return [
+        *_steps("the next reference, from its cloud to its inspector", below, outline, pose),
+        *_steps("the next reference in a stack", cleaned, outline, pose),
+    ]
 
+
+def _steps(what: str, below, outline, pose) -> list[str]:
     def now() -> tuple[float, float]:
         return time.perf_counter(), time.process_time()
 
@@ -104,7 +114,7 @@ def next_reference(reference, outline, pose) -> list[str]:
     names, steps = best
     wall, processor = steps.sum(axis=0)
     return [
-        f"  the next reference, from its cloud to its inspector: {wall:.2f} s, {processor:.2f} s of processor time",
+        f"  {what}: {wall:.2f} s, {processor:.2f} s of processor time",
         *(
             f"    {name:<18}{1e3 * wall:8.1f} ms, {1e3 * processor:6.1f} ms of processor time"
             for name, (wall, processor) in zip(names[1:], steps[1:], strict=True)

@@ -9,7 +9,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from debulk._core import InputError
@@ -20,6 +19,7 @@ from debulk.grid import Grid
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
 from debulk.inspection.ply.fibre_angles import Angles, checked_angles
+from debulk.inspection.reference.prepared import Cleaned
 from debulk.inspection.running.ahead import Ahead
 from debulk.inspection.running.cycle import Cycle
 from debulk.report import Report
@@ -97,7 +97,7 @@ class Stack:
     def __init__(self, recipe: Recipe | None, mold: ArrayLike, *, part: str = "", **options: Any) -> None:
         self.recipe, self.part = recipe, part
         self.plies: list[StackPly] = []
-        self._below: ArrayLike = mold
+        self._below: ArrayLike | Cleaned = mold
         self._options = options
         self._inspector: Inspector | None = None
         self._ahead: Ahead[Inspector] | None = None
@@ -230,11 +230,10 @@ class Stack:
         ply = self._last()
         if ply.report is None or self._inspector is None:
             raise InputError(f"debulked: expected an inspection of ply {ply.number} first")
-        comparison = self._inspector.compare(ply.report, scan)
+        comparison, cleaned = self._inspector.compared(ply.report, scan)
         self.plies[-1] = done = StackPly(ply.number, ply.report, comparison)
         if done.passed:
-            self._below = below = np.array(scan, copy=True)  # the caller may scan into it again
-            below.setflags(write=False)  # so that the next ply's inspector needs no other copy
+            self._below = cleaned
         return comparison
 
     @typed

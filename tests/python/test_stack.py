@@ -75,7 +75,11 @@ def test_a_stack_carries_the_reference_from_ply_to_ply(virtual, tmp_path):
 
     flat = raised(virtual.reference, virtual, 0.25, seed=1)
     assert all(one.measured is Verdict.CEASE for one in stack.debulked(flat).pockets)
-    inspector = stack.lay(virtual.ply_outline)
+    inspector = stack.lay(virtual.ply_outline)  # from the cloud as the comparison cleaned it
+    afresh = debulk.Inspector(RECIPE, flat, virtual.ply_outline, mold_from_scanner=virtual.mold_from_scanner).prepared
+    assert inspector.prepared.image == afresh.image and inspector.prepared.cloud == afresh.cloud
+    for of in (lambda p: p.reference.heights_mm, lambda p: p.seen.values, lambda p: p.sample):
+        assert of(inspector.prepared).tobytes() == of(afresh).tobytes()
     flat[:] = np.nan  # the stack keeps its own copy
     second = stack.inspect(raised(virtual.scan, virtual, 0.25, seed=2), context={"operator": "N. N."})
     assert second.trace.context["reference"] == "ply 1 after debulking, which passed"

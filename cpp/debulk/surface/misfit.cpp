@@ -103,8 +103,12 @@ Grid<std::uint8_t> misfits(const Grid<float>& heights, const Reference& fit, int
   const Grid<std::uint8_t> squares = misfit_squares(residuals(heights, fit, threads, stop), tolerance_mm, 0.5, threads, stop);
   const int side = pool_side(heights);
   Grid<std::uint8_t> out = heights.like<std::uint8_t>();
-  for (int j = 0; j < heights.ny; ++j)
-    for (int i = 0; i < heights.nx; ++i) out.at(i, j) = squares.at(i / side, j / side) != 0 && !std::isnan(heights.at(i, j));
+  for (int b = 0; b < squares.ny; ++b)
+    for (int a = 0; a < squares.nx; ++a) {
+      if (squares.at(a, b) == 0) continue;
+      for (int j = b * side; j < std::min(heights.ny, (b + 1) * side); ++j)
+        for (int i = a * side; i < std::min(heights.nx, (a + 1) * side); ++i) out.at(i, j) = !std::isnan(heights.at(i, j));
+    }
   return out;
 }
 

@@ -23,7 +23,8 @@ from debulk.inspection import inspector_file, reporting
 from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.seen import Judged, Recognised, Seen
 from debulk.inspection.clouds import fingerprint
-from debulk.inspection.clouds.cleaning import as_points, clean, hide, owned
+from debulk.inspection.clouds.cleaning import as_points, hide, owned
+from debulk.inspection.clouds.thinning import thinned
 from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.cloud_image import CloudImage
@@ -43,7 +44,7 @@ from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
-from debulk.inspection.reference.prepared import Prepared, prepare
+from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, prepare
 from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.settling import unsettled
@@ -144,7 +145,7 @@ class Inspector:
     def __init__(
         self,
         recipe: Recipe | None,
-        reference: ArrayLike | Prepared,
+        reference: ArrayLike | Cleaned | Prepared,
         ply_outline: ArrayLike | None = None,
         fibre_angles_deg: Angles = (0.0, 90.0),
         mold_from_scanner: ArrayLike | None = None,
@@ -498,17 +499,21 @@ class Inspector:
         Cancelled
             If `cancel` was called meanwhile.
         """
-        stop, began = _core.Stop(), now_utc()
+        return self.compared(report, debulked_scan)[0]
+
+    def compared(self, report: Report, debulked_scan: ArrayLike) -> tuple[Comparison, Cleaned]:
+        """Do what `compare` does, and also return the cleaned cloud: in a stack it is the reference of the next ply."""
+        stop, began, place = _core.Stop(), now_utc(), self.prepared.place
         try:
             with self._running.holding(stop):
-                near = self.prepared.place.near(debulked_scan, "debulked_scan", stop)
-                scanned = of_another_scan(report, near, self.recipe.run.scan_hash, stop)
-                points = hide(owned(near, "debulked_scan", stop), self.mask, "debulked_scan", stop)
+                points = owned(place.near(debulked_scan, "debulked_scan", stop), "debulked_scan", stop)
+                scanned = of_another_scan(report, points, self.recipe.run.scan_hash, stop)
+                points = hide(points, self.mask, "debulked_scan", stop)
                 pressed = consolidated(replace(self.setup, prepared=self.prepared))
                 placing = placing_of(report, pressed)
                 _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
-                image = self.prepared.image
-                points = clean(points, self._pose, None if image is None else image.camera, self.recipe, stop)
+                few = thinned(points).points
+                points, image = cleaned(points, self._pose, self.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
                     pressed.prepared.datum,
@@ -523,7 +528,8 @@ class Inspector:
         comparison = compared(
             report.settle(), heights, self.recipe, self._lying.tracing.trace(began, scanned, {}, None)
         )
-        return comparison if self.history is None else self.history.keep_comparison(comparison, report)
+        comparison = comparison if self.history is None else self.history.keep_comparison(comparison, report)
+        return comparison, Cleaned(points, image, few, scanned, place.of_another(debulked_scan))
 
     def cancel(self) -> None:
         """Cancel all running calls, from any thread: they raise `Cancelled` within one iteration of the solver."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,10 @@ class FarPlace:
             return cls()
         shift = origin.shift_of(points)
         return cls(shift, _rounded_mm(points, shift))
+
+    def of_another(self, reference: Any) -> FarPlace:
+        """Return the same shift for another reference."""
+        return replace(self, rounded_mm=_rounded_mm(foreign.plain(reference, "reference"), self.shift_mm))
 
     def near(self, points: Any, name: str, stop: _core.Stop | None = None) -> Any:
         """Return a cloud, in any form that is known, as an array without the shift; what is no cloud is passed on."""

@@ -80,8 +80,21 @@ class Prepared:
         return np.asarray(self.seen.values, dtype=np.float32), self.seen.origin_mm, float(self.seen.spacing_mm)
 
 
+@dataclass(frozen=True, eq=False)
+class Cleaned:
+    """A reference cloud without its outliers, before it is laid on a grid; with what is kept of it as it came."""
+
+    points: Cloud
+    """In the mold's frame."""
+    image: PinholeImage | None
+    sample: NDArray[np.float32]
+    trace: ArrayTrace | None
+    place: FarPlace
+    """`image`, `sample`, `trace`, `place`: as `Prepared` has them."""
+
+
 def prepare(
-    reference: ArrayLike,
+    reference: ArrayLike | Cleaned,
     mold_from_scanner: Floats | None,
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
@@ -93,13 +106,13 @@ def prepare(
     One copy of the cloud is made at most, and all work is done in that copy.
     """
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
-    place = FarPlace.of(reference, mold_from_scanner, camera)
-    reference, pose = place.near(reference, "reference", stop), place.pose(mold_from_scanner)
-    with fingerprint.in_parallel(reference, stop, recipe.run.scan_hash) as fingerprinted:
-        points, image, sample = _cleaned(reference, pose, camera, mask, recipe, preparation)
-    trace = fingerprinted()
-    heights = _gridded(points, sample, pose, mask, recipe, preparation)
-    del points  # the memory of a cloud, which the fit does not need
+    if not isinstance(reference, Cleaned):
+        reference = _cleaned(reference, mold_from_scanner, camera, mask, recipe, preparation)
+    image, sample, trace, place = reference.image, reference.sample, reference.trace, reference.place
+    if image is not None and mold_from_scanner is None:
+        raise frame.pose_needed()
+    heights = _gridded(reference.points, sample, place.pose(mold_from_scanner), mask, recipe, preparation)
+    del reference  # the memory of a cloud, which the fit does not need
     fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace, place)
@@ -141,13 +154,27 @@ def _cleaned(
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
     preparation: Preparation,
-) -> tuple[Cloud, PinholeImage | None, NDArray[np.float32]]:
-    """Return the cleaned cloud in the mold's frame, its camera's image, and a sample of what was given."""
+) -> Cleaned:
     stop, step = preparation.stop, preparation.step
-    points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
-    points = hide(points, mask, "reference", stop)
-    of_scanner = thinned(points).points
-    refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")
+    place = FarPlace.of(reference, mold_from_scanner, camera)
+    reference = place.near(reference, "reference", stop)
+    with fingerprint.in_parallel(reference, stop, recipe.run.scan_hash) as fingerprinted:
+        points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
+        points = hide(points, mask, "reference", stop)
+        of_scanner = thinned(points).points
+        refuse_marks(of_scanner[complete(np.isfinite(of_scanner))], "reference")
+        pose = place.pose(mold_from_scanner)
+        moved, image = step("reference: clean", 0.15, lambda: cleaned(points, pose, camera, recipe, stop))
+    return Cleaned(moved, image, of_scanner, fingerprinted(), place)
+
+
+def cleaned(
+    points: Cloud, mold_from_scanner: Floats | None, camera: Floats | None, recipe: Recipe, stop: _core.Stop
+) -> tuple[Cloud, PinholeImage | None]:
+    """Return a cloud in the mold's frame without its outliers, as `clean` does, and the image of its camera.
+
+    A camera of None is fitted.
+    """
     image = None
     if points.ndim == 3:
         found = fit_camera(points) if camera is None else camera
@@ -155,11 +182,7 @@ def _cleaned(
         if camera is None and mold_from_scanner is not None and mold_from_scanner[2, 2] > 0:
             found = None
         image = None if found is None else PinholeImage(*points.shape[:2], *map(float, found))
-    if image is not None and mold_from_scanner is None:
-        raise frame.pose_needed()
-    pinhole = None if image is None else image.camera
-    moved = step("reference: clean", 0.15, lambda: clean(points, mold_from_scanner, pinhole, recipe, stop))
-    return moved, image, of_scanner
+    return clean(points, mold_from_scanner, None if image is None else image.camera, recipe, stop), image
 
 
 def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
