@@ -20,9 +20,7 @@ from debulk.inspection.rawscan import (
     filled,
     lost_places,
     narrow,
-    repeated_depths,
     shared_noise,
-    smoothed,
 )
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
@@ -75,7 +73,7 @@ CHECKS = (
     Check(
         "smoothed",
         lambda seen: seen.filled.smoothed.findings(),
-        (shared_noise.LIMITS, repeated_depths.LIMITS, edge_spread.LIMITS, smoothed.LIMITS),
+        (shared_noise.LIMITS, edge_spread.LIMITS),
     ),
     Check("audit", pockets.audit),
     Check("approval", lambda seen: approval.findings(seen.approved, seen.ply.recipe)),

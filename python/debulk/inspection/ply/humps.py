@@ -1,16 +1,15 @@
 """Humps of the reference that look like a pocket of the ply before, which was scanned before it was debulked.
 
 Heights are measured from the reference, so that a pocket that it already holds is invisible: the ply on it lies flat.
-A hump counts if all round it the surface is smooth, as a quadratic surface predicts it that is fitted to a ring, or one
-that is straight in one direction with any profile across, as a spar's is; and if a fibre over it, together with what
-the ply shows there, would make a ridge above the limit. Bosses of a mold look the same: a hump by itself is only named.
+A hump counts if the surface is smooth all round it, nearly straight in one direction with any profile across, as domes
+and spars are, and if a fibre over it, together with what the ply shows there, would make a ridge above the limit.
+Bosses of a mold look the same: a hump by itself is only named.
 Where the ply stands off it, too, it may be one pocket of which the reference holds a part, and the layup is UNDECIDED.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds.products import least_squares, product
+from debulk.inspection.clouds.products import least_squares
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
@@ -32,17 +31,15 @@ from debulk.verdict import Verdict
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
 _OUTER = 1.8  # radii: outer edge of the ring
-_SEEN = 0.9  # of hump and ring
-_SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quadratic surface, at most
+_SEEN = 0.75  # of the ring
+_SMOOTH = 0.15  # of the hump's height: the ring's root mean square off the surface through it, at most
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
 _AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
-_EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
-_WAYS = tuple(way for right, down in _EIGHT for way in ((right, down), (-down, right)))
-_TURNS = np.radians((6.0, 1.5))  # on both sides of a way, in which the mold is looked for to be straightest
-_Top = tuple[int, int, tuple[int, int] | None]  # row, column, and the way along which the mold is straight there
+_TURNS = np.radians(np.arange(0, 180, 22.5)).tolist()  # in which the mold is looked for to be straightest
+_NEARER = np.radians((11.0, 4.0, 1.0))  # on both sides of the best of these, and of what is better still
 
 
 @dataclass(frozen=True)
@@ -77,16 +74,10 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
     coarse, found = seen, list[Hump]()
     for radius in _RADII_MM:
         coarse = _coarse(coarse, radius / _CELLS)
-        for row, column, way in _tops(coarse, radius, ply.outline):
-            place = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
-            if way is not None and any(one.covers(place) for one in found):
-                continue
-            hump = _hump(coarse, row, column, way, radius, angles, recipe)
-            if hump is not None:
-                found.append(hump)
-    found.sort(key=lambda one: -one.ridge_mm)
+        humps = (_hump(coarse, top, radius, angles, recipe) for top in _tops(coarse, radius, ply.outline))
+        found += [hump for hump in humps if hump is not None]
     kept: list[Hump] = []
-    for hump in found:
+    for hump in sorted(found, key=lambda one: -one.ridge_mm):
         if not any(one.covers(np.array(hump.place_mm)) for one in kept):
             kept.append(hump)
     return tuple(kept)
@@ -154,16 +145,12 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     ny, nx = (n // step for n in seen.values.shape[:2])
     part = seen.values[: ny * step, : nx * step]
     known = np.isfinite(part)
-
-    def summed(of: NDArray[Any], kind: type) -> NDArray[Any]:
-        rows: NDArray[Any] = of[:, ::step].astype(kind)  # NumPy's sum over both axes at once takes longer
-        for k in range(1, step):
-            rows += of[:, k::step]
-        return np.asarray(rows.reshape(ny, step, nx).sum(axis=1))
-
-    count, total = summed(known, np.int64), summed(np.where(known, part, 0), np.float64)
-    known = 2 * count >= step**2
-    mean = np.where(known, total / np.maximum(count, 1), np.nan)
+    share, total = (
+        cv2.resize(one.astype(np.float64), (nx, ny), interpolation=cv2.INTER_AREA)
+        for one in (known, np.where(known, part, 0.0))
+    )
+    known = share > 0.5 - 1e-9
+    mean = np.where(known, total / np.maximum(share, 0.5), np.nan)
     level = float(np.median(mean[known])) if known.any() else 0.0
     # A median over three cells takes away what the outlier filter left, which is no wider than one.
     calm = cv2.medianBlur(np.where(known, mean - level, 0.0).astype(np.float32), 3).astype(np.float64) + level
@@ -173,80 +160,28 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     return Grid(values, origin, step * float(seen.spacing_mm))
 
 
-def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[_Top]:
-    """Return the places that stand highest above what the ring round them predicts, or lines through them."""
+def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[tuple[int, int]]:
+    """Return the rows and columns that stand highest above what the quadratic surface through a ring predicts."""
     cells = radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
     if min(coarse.values.shape) < 2 * reach + 1:
         return []
-    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-    ring = (np.hypot(u, v) > cells) & (np.hypot(u, v) <= _OUTER * cells)
+    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
+    ring = (np.hypot(u, v) > 1) & (np.hypot(u, v) <= _OUTER)
+    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v])
     kernel = np.zeros(ring.shape)
-    terms = _quadratic(u[ring] / cells, v[ring] / cells)
-    kernel[ring] = product(terms, np.linalg.solve(product(terms.T, terms), np.eye(terms.shape[1])[0]))
+    kernel[ring] = np.linalg.pinv(terms[:, ring].T)[0]
     known = np.isfinite(coarse.values)
-    level = float(np.median(coarse.values[known])) if known.any() else 0.0
-    heights = np.where(known, coarse.values - level, 0.0)
+    heights = np.where(known, coarse.values - float(np.nanmedian(coarse.values)), 0.0)
     above = heights - cv2.filter2D(heights, -1, kernel, borderType=cv2.BORDER_CONSTANT)
-    disc = (np.hypot(u, v) <= _OUTER * cells).astype(np.float64)
-    share = cv2.filter2D(known.astype(np.float64), -1, disc / disc.sum(), borderType=cv2.BORDER_CONSTANT)
-    able = known & (share >= _SEEN)
-    along, ways = _above_lines(np.where(known, heights, np.nan).astype(np.float32), cells, reach)
-    tops: list[_Top] = []
-    for standing, of in ((above, None), (along, ways)):
-        side = 2 * max(1, int(cells / 2)) + 1
-        rows, columns = np.nonzero(
-            (standing >= cv2.dilate(standing, np.ones((side, side)))) & able & (standing > _LEAST_MM)
-        )
-        if ply_outline is not None and len(rows):
-            xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
-            on = pocket.inside(ply_outline, xy)
-            rows, columns = rows[on], columns[on]
-        for k in np.argsort(-standing[rows, columns])[:_MOST]:
-            way = None if of is None else _WAYS[of[rows[k], columns[k]]]
-            tops.append((int(rows[k]), int(columns[k]), way))
-    return tops
-
-
-def _above_lines(
-    heights: NDArray[np.float32], cells: float, reach: int
-) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Return by how much each place stands above the calmest of the lines through it, and which of `_WAYS` that is.
-
-    A line predicts a place by a parabola through what lies one to two radii off on both sides. It is calm if its
-    neighbours predict their places: on a mold that is straight in one direction, as a spar is, such lines are calm.
-    """
-    ny, nx = heights.shape
-    far = reach + max(max(way) for way in _EIGHT)  # rounding lengthens a line by half of a way
-    padded = np.pad(heights, far, constant_values=np.nan)
-    best, calmest = np.zeros((ny, nx), np.float32), np.full((ny, nx), np.inf, np.float32)
-    ways = np.zeros((ny, nx), np.int64)
-    for number, (right, down) in enumerate(_WAYS):
-        long = np.hypot(right, down)
-        steps = np.unique(np.linspace(np.ceil(cells / long), np.round(_OUTER * cells / long), 3).astype(int))
-        weights = np.linalg.pinv(np.stack([np.ones(len(steps)), steps**2.0], axis=1))[0]
-        above = heights.copy()
-        for k, weight in zip(steps, weights, strict=True):
-            for sign in (-k, k):
-                i, j = far + sign * down, far + sign * right
-                above -= np.float32(weight / 2) * padded[i : i + ny, j : j + nx]
-        rows, columns = np.divmod(np.flatnonzero(above > _LEAST_MM), nx)  # no NaN is
-        beside = []
-        for k in cells * np.outer((-1, 1), np.linspace(1, _OUTER, 5)).ravel() / long:
-            i, j = np.rint(rows + k * right).astype(int), np.rint(columns - k * down).astype(int)
-            within = (i >= 0) & (i < ny) & (j >= 0) & (j < nx)
-            beside.append(np.where(within, above[np.clip(i, 0, ny - 1), np.clip(j, 0, nx - 1)], np.nan))
-        off = np.sqrt(np.mean(np.square(beside), axis=0))
-        calm = (off <= _SMOOTH * above[rows, columns]) & (off < calmest[rows, columns])
-        at = rows[calm], columns[calm]
-        best[at], calmest[at], ways[at] = above[at], off[calm], number
-    return best, ways
-
-
-def _surface(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
-    """Return the quadratic surface through a ring."""
-    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
-    return np.asarray(product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape))
+    side = 2 * max(1, int(cells / 2)) + 1
+    rows, columns = np.nonzero((above >= cv2.dilate(above, np.ones((side, side)))) & known & (above > _LEAST_MM))
+    if ply_outline is not None and len(rows):
+        xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
+        on = pocket.inside(ply_outline, xy)
+        rows, columns = rows[on], columns[on]
+    tops = np.argsort(-above[rows, columns])[:_MOST]
+    return list(zip(rows[tops].tolist(), columns[tops].tolist(), strict=True))
 
 
 def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
@@ -263,24 +198,15 @@ def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Flo
     return np.asarray(bent + level(part - bent))
 
 
-def _quadratic(u: Floats, v: Floats) -> Floats:
-    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
-
-
 def _hump(
-    coarse: Grid,
-    row: int,
-    column: int,
-    way: tuple[int, int] | None,
-    radius_mm: float,
-    angles_deg: tuple[float, ...],
-    recipe: Recipe,
+    coarse: Grid, top: tuple[int, int], radius_mm: float, angles_deg: tuple[float, ...], recipe: Recipe
 ) -> Hump | None:
     """Measure a hump; None if its surroundings are not smooth."""
-    cells = radius_mm / coarse.spacing_mm
+    (row, column), cells = top, radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
     v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
     far, around = np.hypot(u, v), int(np.ceil(np.sqrt(2) * reach)) + 1
+    wanted = (far > 1) & (far <= _OUTER)
     left, low = max(0, column - around), max(0, row - around)
     near = coarse.values[low : row + around + 1, left : column + around + 1]
 
@@ -288,20 +214,18 @@ def _hump(
         """Return what is below, the hump above it, and how far the ring is off, on a map turned by an angle."""
         c, s = cells * np.cos(turn), cells * np.sin(turn)
         part = _between(near, column - left + c * u - s * v, row - low + s * u + c * v)
-        ring = np.isfinite(part) & (far > 1) & (far <= _OUTER)
-        if np.count_nonzero(ring) < 30:
-            return part, part, np.inf
-        below = (_surface if way is None else _profile)(part, ring, u, v)
+        ring = np.isfinite(part) & wanted
+        if np.count_nonzero(ring) < _SEEN * np.count_nonzero(wanted):
+            return part, part, HIGHEST_MM  # too far off for any hump
+        below = _profile(part, ring, u, v)
         return below, part - below, float(np.sqrt(np.mean((part - below)[ring] ** 2)))
 
-    turn = 0.0
-    if way is not None:  # where the mold is straightest: a parabola through the squares of how far the ring is off
-        turn = float(np.arctan2(way[1], way[0]))
-        for apart in _TURNS:
-            less, here, more = (turned(turn + k * apart)[2] ** 2 for k in (-1, 0, 1))
-            bend = less + more - 2 * here
-            if bend > 0:
-                turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
+    turn = min(_TURNS, key=lambda turn: turned(turn)[2])
+    for apart in _NEARER:  # where the mold is straightest: a parabola through the squares of how far the ring is off
+        less, here, more = (turned(turn + k * apart)[2] ** 2 for k in (-1, 0, 1))
+        bend = less + more - 2 * here
+        if bend > 0:
+            turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
     below, hump, off = turned(turn)
     height = float(np.nan_to_num(hump[reach, reach]))
     if not _LEAST_MM <= height < HIGHEST_MM or off > _SMOOTH * height:

@@ -25,6 +25,7 @@ from debulk.inspection.reference.prepared import Prepared
 class Limits:
     """Of the spread of the ply's edge; bench/trust/smoothing.py has what scans and filters show."""
 
+    allowed: float = 0.9  # sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
     most_windows: int = 64  # evenly along the outline
     least_windows: int = 16
     half_pixels: int = 12  # from a window's middle to its sides

@@ -1,4 +1,7 @@
-"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it."""
+"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it.
+
+Means make it vary slowly. After a median depths repeat from point to point, to the last bit, as its windows overlap.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,6 @@ from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.cloud_image import CloudImage, step_of
 from debulk.inspection.evidence.smooth_patches import Squares
-from debulk.inspection.rawscan.repeated_depths import LEAST_SQUARES, depths_repeat
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,7 @@ class Limits:
     side: int = 16  # points along the side of a square
     degree: int = 5  # of the polynomial that removes the ply's shape from a square
     most_squares: int = 100  # looked at
+    least_squares: int = 20  # from which anything is said
     least_share: float = 0.4  # of the squares looked at that must give a result
     least_seen_share: float = 0.75  # of a square's points
     least_differences: int = 20  # in a square, out of 144: each needs 25 points
@@ -31,6 +34,11 @@ class Limits:
     # 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
     white_share: float = 0.25
     quantile: float = 0.75  # over the squares that is compared: an edge, or much shape, lowers the share in a square
+    lags: tuple[int, int] = (3, 13)  # points: at the first one windows of 5 overlap, at the second one hardly any do
+    repeat_quantile: float = 0.95  # over the squares that is compared: on a slope a median repeats nothing
+    # Of equal pairs at the first lag, in excess of `repeat_times` the share of equal pairs at the second one.
+    repeated_share: float = 0.015
+    repeat_times: float = 4.0
 
 
 LIMITS = Limits()
@@ -38,10 +46,10 @@ _TURN = 0.618034  # share of all squares from one that is looked at to the next,
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool | None:
+def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool:
     """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
 
-    None: too little noise is seen to say so. Noise that was smoothed varies slowly: its differences of fourth order
+    False, too, where too little noise is seen. Noise that was smoothed varies slowly: its differences of fourth order
     along both axes of the image, which are 70 for white noise of one unit, are too small compared with its scatter. A
     scanner's own noise, even if correlated, has a white part. Noise after a median filter has one too, but the same
     depth occurs again and again.
@@ -53,17 +61,27 @@ def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64
     ]
     rounded_mm = step_of(_seen(_depths(image.points, squares, some, step)))
     near, far = (_depths(image.heights, squares, some, apart) for apart in (step, 2 * step))
-    own = _is_shared(near, rounded_mm)
-    if own or _is_shared(far, rounded_mm) or depths_repeat(near):
-        return True
-    return own
+    return _is_shared(near, rounded_mm) or _is_shared(far, rounded_mm) or _repeats(near, rounded_mm)
 
 
-def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
+def _is_shared(depths: Floats, rounded_mm: float) -> bool:
     own = _own_share(depths, rounded_mm)
-    if len(own) < max(LEAST_SQUARES, LIMITS.least_share * len(depths)):
-        return None
-    return float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
+    told = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
+    return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
+
+
+def _repeats(depths: Floats, rounded_mm: float) -> bool:
+    """Return whether (N, 16, 16) depths, NaN where nothing was seen, repeat; rounded ones do so by themselves."""
+    if rounded_mm or len(depths) < LIMITS.least_squares:
+        return False
+
+    def equal(lag: int) -> float:
+        along_rows = np.mean(depths[:, :, lag:] == depths[:, :, :-lag], axis=(1, 2))
+        along_columns = np.mean(depths[:, lag:] == depths[:, :-lag], axis=(1, 2))
+        return float(np.quantile(np.maximum(along_rows, along_columns), LIMITS.repeat_quantile))
+
+    near, far = map(equal, LIMITS.lags)
+    return near > LIMITS.repeated_share + LIMITS.repeat_times * far
 
 
 def _seen(depths: Floats) -> NDArray[np.float32]:

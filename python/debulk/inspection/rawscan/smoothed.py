@@ -1,41 +1,21 @@
-"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply.
-
-Where there is too little noise to tell, and the ply's edge is not known, anything sharp in the scan shows that it was
-not smoothed. If nothing is, it may have been.
-"""
+"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arrays import Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
 from debulk.inspection.ply.setup import Setup
-from debulk.inspection.rawscan.edge_spread import EdgeSpread
+from debulk.inspection.rawscan.edge_spread import LIMITS, EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Of the blur of the ply's edge; bench/trust/smoothing.py has what scans and filters show."""
-
-    spread: float = 0.9  # allowed sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
-    lines: int = 200  # rows, and as many columns, along which anything sharp is looked for
-    sharp_places: int = 20  # along these lines together: an edge of the ply meets each line twice
-    # Second differences at twice the distance: as large at an edge, twice at a kink, four times where all is smooth.
-    smooth_times: float = 3.0
-
-
-LIMITS = Limits()
 
 
 @dataclass(frozen=True)
@@ -47,9 +27,6 @@ class Smoothed:
     edge_mm: float = 0.0
     """Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
     not known."""
-    blunt_mm: float = 0.0
-    """Distance within which nothing in the scan bends sharply, if there is too little noise to tell; 0: something does,
-    or it need not."""
 
     def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""
@@ -60,19 +37,13 @@ class Smoothed:
             )
         elif self.edge_mm > 0:
             found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
-        elif self.blunt_mm:
-            found = (
-                f"the scan shows no noise, and nothing in it bends within {self.blunt_mm:.2g} mm, not even an edge: "
-                "smoothed"
-            )
         else:
             return []
         reason = (
             f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
             "cloud, or allow for it (clean.fine_mm)"
         )
-        measured_mm = self.shared_mm or self.blunt_mm or self.edge_mm
-        return [Finding("smoothed", Verdict.UNDECIDED, reason, measured_mm, unit="mm")]
+        return [Finding("smoothed", Verdict.UNDECIDED, reason, self.shared_mm or self.edge_mm, unit="mm")]
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Return an entry for the report if the blur of the ply's edge is not known."""
@@ -106,25 +77,20 @@ class SmoothedSearch:
 
         The (H, W) mask is True where a pixel is not to be used.
         """
-        pitch_mm = image.pitch_mm
-        step = max(1, round(self._fine_mm / pitch_mm))
-        shared = noise_is_shared(image, squares, some, step)
-        if shared:
-            return Smoothed(shared_mm=step * pitch_mm)
-        spread_mm = self.edge_mm(image.points, mask)
-        if shared is None and np.isnan(spread_mm) and _blunt(image, step):
-            return Smoothed(edge_mm=spread_mm, blunt_mm=2 * step * pitch_mm)
-        return self._by_edge(spread_mm, pitch_mm)
+        step = max(1, round(self._fine_mm / image.pitch_mm))
+        if noise_is_shared(image, squares, some, step):
+            return Smoothed(shared_mm=step * image.pitch_mm)
+        return self._by_edge(self.edge_mm(image.points, mask), image.pitch_mm)
 
     def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: NDArray[np.bool_] | None) -> Smoothed:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
-        if found.shared_mm or found.blunt_mm or not np.isnan(found.edge_mm):
+        if found.shared_mm or not np.isnan(found.edge_mm):
             return found
         spread_mm = self._spread_of(edge).least_mm(image.points, mask, self._threads)
         return self._by_edge(spread_mm, image.pitch_mm)
 
     def _by_edge(self, spread_mm: float, pitch_mm: float) -> Smoothed:
-        allowed_mm = LIMITS.spread * max(self._fine_mm, pitch_mm)
+        allowed_mm = LIMITS.allowed * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
@@ -132,25 +98,3 @@ class SmoothedSearch:
         if self._edge is None or scan.ndim != 3:
             return float("nan")
         return self._edge.least_mm(scan, mask, self._threads)
-
-
-def _blunt(image: CloudImage, step: int) -> bool:
-    """Return whether nothing in an image bends sharply, by second differences of its heights, less what rounding does.
-
-    Where it does, they are about as large at a distance of `step` pixels as at twice that near by.
-    """
-    largest = np.fmax.reduce(np.abs(image.heights[..., 2]), axis=None, initial=0.0)
-    found, rounded = 0, max(image.step_mm, float(np.spacing(np.float32(largest))))
-    for lines in (image.heights[..., 2], image.heights[..., 2].T):
-        some = lines[:: max(1, len(lines) // LIMITS.lines)].astype(np.float64)
-        if some.shape[1] <= 4 * step:
-            continue
-        near, far = _bends(some, step)[:, step:-step], _bends(some, 2 * step)
-        around = cv2.dilate(np.nan_to_num(far, nan=np.inf), np.ones((1, 4 * step + 1)))
-        found += int(np.count_nonzero(LIMITS.smooth_times * (near - 2 * rounded) > around))
-    return found < LIMITS.sharp_places
-
-
-def _bends(lines: Floats, apart: int) -> Floats:
-    """Return the second differences along lines (N, W), without their signs."""
-    return np.asarray(np.abs(lines[:, 2 * apart :] - 2 * lines[:, apart:-apart] + lines[:, : -2 * apart]))
