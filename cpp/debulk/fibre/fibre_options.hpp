@@ -15,7 +15,7 @@ struct FibreOptions {
   double blur_cells2 = 0.75;               // variance, in squares of the spacing, of the filters before the heights are given
   double draw = 21.0;                      // mm of ply lying flat over which one fold can draw more ply in: H / (mu P)
   double hold = 20.0;                      // mm of ply beyond an end, along the line, that hold this end by friction
-  double edge_cells = 2.0;                 // cells along the ply's edge in which heights may be partly the mold's
+  int edge_cells = 2;                      // cells along the ply's edge in which heights may be partly the mold's
   int threads = 0;                         // 0: as many as the process may use
   Isa isa = best_isa();
 

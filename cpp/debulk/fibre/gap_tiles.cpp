@@ -45,6 +45,7 @@ GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOp
       thickness_(options.thickness),
       blur_cells2_(options.blur_cells2),
       isa_(options.isa),
+      edge_cells_(options.edge_cells),
       fine_cells_(odd_cells(options.fine_mm, heights.spacing)),
       columns_(std::max(0, heights.nx - 2) / kTile + 1),
       rows_(std::max(0, heights.ny - 2) / kTile + 1),
@@ -65,7 +66,7 @@ GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOp
       numbers_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(raised_.size());
       raised_.push_back({ti, tj});
     }
-  if (!ply.empty() && !raised_.empty()) ply_ = PlyMask(ply, heights_);
+  if (!ply.empty() && !raised_.empty()) ply_ = PlyMask(ply, heights_).inner(edge_cells_);
 }
 
 void GapTiles::look_over(int tile_row, float high, std::vector<std::uint8_t>& above) {
@@ -75,6 +76,14 @@ void GapTiles::look_over(int tile_row, float high, std::vector<std::uint8_t>& ab
     DEBULK_ON(isa_, look_over(&heights_.at(0, j), heights_.nx, columns_, high, &above[first], gaps.data()));
   for (std::size_t column = 0; column < gaps.size(); ++column)
     if (gaps[column] != 0) numbers_[first + column] = kGaps;
+}
+
+bool GapTiles::on_ply(const Eigen::Vector2d& xy) const {
+  if (!ply_.known()) return true;
+  const Eigen::Vector2d at = heights_.locate(xy);
+  if (!(at.minCoeff() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return false;
+  const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y());
+  return ply_.on_ply(i, j) && ply_.on_ply(i + 1, j) && ply_.on_ply(i, j + 1) && ply_.on_ply(i + 1, j + 1);
 }
 
 double GapTiles::blur_mm2(int cells) const {

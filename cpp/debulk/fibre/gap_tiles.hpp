@@ -28,6 +28,10 @@ class GapTiles {
   GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOptions& options, const Stop& stop);
 
   const Grid<float>& heights() const { return heights_; }
+  // Whether the cell at a place has four corners on the ply, none of them so near to its edge that its height may be
+  // partly the mold's. The heights of others are not used.
+  bool on_ply(const Eigen::Vector2d& xy) const;
+  double edge_mm() const { return edge_cells_ * heights_.spacing; }
   int columns() const { return columns_; }
   // Per tile, row by row: its number among those with values, or what else is known of it.
   const std::vector<std::int32_t>& numbers() const { return numbers_; }
@@ -63,10 +67,10 @@ class GapTiles {
   double blur_mm2(int cells) const;
 
   const Grid<float>& heights_;
-  PlyMask ply_;
+  PlyMask ply_;  // without the cells along its edge
   double thickness_, blur_cells2_;
   Isa isa_;
-  int fine_cells_, columns_, rows_;
+  int edge_cells_, fine_cells_, columns_, rows_;
   std::vector<std::int32_t> numbers_;
   std::vector<std::array<int, 2>> raised_;
 };

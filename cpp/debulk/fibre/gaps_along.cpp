@@ -79,7 +79,7 @@ class CourseFinder {
     LineCourse out;
     const Grid<float>& heights = tiles_.heights();
     // Heights beside the ply's edge may be partly the mold's; the ply goes on there as it came.
-    const int edge = static_cast<int>(std::ceil(options_.edge_cells * heights.spacing / line.step));
+    const int edge = static_cast<int>(std::ceil(tiles_.edge_mm() / line.step));
     const int low = std::min(line.to_edge[0] ? edge : 0, line.count);
     const int high = std::max(low, line.count - (line.to_edge[1] ? edge : 0));
     Stretch seen = points_within(line, {heights.origin, heights.position(heights.nx - 1, heights.ny - 1)});

@@ -27,10 +27,10 @@ Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlur
   out.excess = before_filters(fine, coarse, blurs.fine, blurs.coarse, blurs.least);
   if (fine <= 0) return out;
   out.variance *= std::pow(out.excess.mid / fine, 2);
-  // The crest of a round bump of the variance w may lie half way between two lines, at d = apart / 2 from either. There
-  // its slopes are lower by exp(-d^2 / 2w), and the excess by the square of that; the middle tells w (filter_loss.hpp).
+  // The crest of a round bump of the variance w may lie where no line is read, at d from the nearest. There its slopes
+  // are lower by exp(-d^2 / 2w), and the excess by the square of that; the middle tells w (filter_loss.hpp).
   const double of_width = blurs.fine > 0 ? (std::pow(out.excess.mid / fine, 1 / kRound) - 1) / blurs.fine : 0.0;
-  out.excess.high *= std::exp(options.apart * options.apart / 4 * of_width);
+  out.excess.high *= std::exp(span.aside * span.aside * of_width);
   return out;
 }
 

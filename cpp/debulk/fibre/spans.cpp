@@ -23,12 +23,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 LineReader::LineReader(const FibreOptions& options, const GapTiles& tiles, const GapsAlong& along)
     : options_(options),
+      tiles_(tiles),
       along_(along),
       fine_mm_(tiles.fine_cells() * tiles.heights().spacing),
       lost_(tiles.fine_blur_mm2() / (tiles.coarse_blur_mm2() - tiles.fine_blur_mm2())) {}
 
 LineSpans LineReader::read(const FibreLine& line, const LineCourse& course) {
-  step_ = line.step, wide_ = std::max(1, static_cast<int>(std::lround(fine_mm_ / step_)));
+  line_ = &line, step_ = line.step, wide_ = std::max(1, static_cast<int>(std::lround(fine_mm_ / step_)));
   out_ = {};
   out_.gaps = course.unknown;
   for (const RaisedStretch& stretch : course.raised) read(stretch);
@@ -67,18 +68,29 @@ void LineReader::find_spans() {
       if (fine(k) > fine(top)) top = k;
     FibreSpan span;
     span.first = begin_ + first, span.last = begin_ + k - 1, span.top = begin_ + top;
-    span.gap = fine(top);
+    span.gap = fine(top), span.aside = aside(span.top);
     out_.spans.push_back(span);
   }
 }
 
 void LineReader::find_gaps() {
-  for (int k = 0; k < count(); ++k) {
-    if (!is(k, kUnknown)) continue;
-    const int first = k;
-    while (k < count() && is(k, kUnknown)) ++k;
-    out_.gaps.push_back({begin_ + first, begin_ + k});
+  // Beside the ply's edge nothing is read, but the ply goes on there as it came.
+  for (int k = begin_; k < begin_ + count(); ++k)
+    if (is(k - begin_, kUnknown) && tiles_.on_ply(line_->at(k))) out_.gaps.push_back({k, k + 1});
+}
+
+// Half way to the next line on either side, or all the way to the ply's edge where no line is read before it.
+double LineReader::aside(int at) const {
+  const Eigen::Vector2d here = line_->at(at), way = line_->at(std::min(at + 1, line_->count - 1)) - line_->at(std::max(at - 1, 0));
+  const Eigen::Vector2d left = Eigen::Vector2d(-way.y(), way.x()).normalized();
+  double out = options_.apart / 2;
+  for (const double side : {-1.0, 1.0}) {
+    if (tiles_.on_ply(here + side * options_.apart * left)) continue;
+    double to = 0;
+    while (to < options_.apart && tiles_.on_ply(here + side * to * left)) to += step_ / 4;
+    out = std::max(out, to + tiles_.edge_mm());
   }
+  return out;
 }
 
 // Length of the tail beyond an end: a parabola that comes down from the gap there with its slope touches the mold at

@@ -15,6 +15,7 @@ struct FibreSpan {
   int first = 0, last = 0;          // points of the line, the first and the last off the mold
   int top = 0;                      // the point with the largest gap
   double gap = 0.0;                 // mm, that gap, by the finer mean
+  double aside = 0.0;               // mm from that point across the line within which no other line may be read
   std::array<double, 2> tails{};    // mm, lengths of the tails
   double fine = 0.0, coarse = 0.0;  // mm, excess by either mean, with the noise's share in it
   double length = 0.0;              // mm, of what is summed, tails included
@@ -57,6 +58,7 @@ class LineReader {
   void read(const RaisedStretch& stretch);
   void find_spans();
   void find_gaps();
+  double aside(int at) const;
   int tail(int at, int side, int limit) const;
   void measure(FibreSpan& span, int before, int after);
   void read_noise(std::size_t from);
@@ -65,8 +67,10 @@ class LineReader {
   bool is(int k, Mark mark) const { return (marks_[static_cast<std::size_t>(k)] & mark) != 0; }
 
   const FibreOptions& options_;
+  const GapTiles& tiles_;
   const GapsAlong& along_;
   const double fine_mm_, lost_;  // width of the finer mean; how much more than the coarser one has the low end
+  const FibreLine* line_ = nullptr;
   double step_ = 0.0;
   int begin_ = 0, wide_ = 1;           // of the stretch; steps over the finer mean
   const PointGaps* points_ = nullptr;  // of the stretch

@@ -12,7 +12,7 @@ class FibreOptions(_Options):
     apart_mm: float
     blur_cells2: float
     draw_mm: float
-    edge_cells: float
+    edge_cells: int
     fine_mm: float
     hold_mm: float
     mold_tol_mm: float

@@ -224,6 +224,37 @@ TEST(ExcessField, SaysWhatHoldsItsEnds) {
   EXPECT_TRUE(unknown);
 }
 
+TEST(ExcessField, TakesNothingFromHeightsThatArePartlyTheMolds) {
+  // A long wave from edge to edge: beside the edges every other row has more of the mold's height than of the ply's.
+  const Shape wave = [](const Eigen::Vector2d& xy) {
+    return std::abs(xy.y()) < 60 ? 3.5 * std::pow(std::cos(M_PI * xy.y() / 120), 2) : 0.0;
+  };
+  const double want = exact(wave, Plane(), {0, -70}, {0, 70});
+  Grid<float> heights = heights_of(wave);
+  for (int j = 0; j < heights.ny; ++j)
+    for (int i = 0; i < heights.nx; ++i)
+      if (const double x = std::abs(heights.position(i, j).x()); x > 148)
+        heights.at(i, j) *= x > 150 ? 0.0F : 0.4F + 0.4F * static_cast<float>(j % 2);
+  int along = 0;
+  for (const FibreRun& run : field_of(heights, Plane(), sharp(), 0).runs) {
+    EXPECT_LT(run.excess.high, 1.05 * want);
+    if (run.family == 1) along += run.excess.low > 0.95 * want ? 1 : 0;
+  }
+  EXPECT_GT(along, 280);
+}
+
+TEST(ExcessField, ItsRangeHoldsABellWhoseCrestLiesAtTheEdge) {
+  for (const double wide : {24.0, 40.0, 70.0})
+    for (const double off : {0.0, 0.4, 0.8}) {
+      const Shape gap = bell(150 - off, 0, wide, 2 * std::sqrt(0.86 * wide) / M_PI);
+      const double want = exact(gap, Plane(), {150 - off, -60}, {150 - off, 60});
+      double most = 0;
+      for (const FibreRun& run : field_of(heights_of(gap), Plane(), sharp()).runs) most = std::max(most, run.excess.high);
+      EXPECT_GE(most, 0.99 * want) << wide << " " << off;
+      EXPECT_LE(most, 1.6 * want) << wide << " " << off;
+    }
+}
+
 TEST(ExcessField, IsTheSameOnAnyNumberOfThreadsAndWithAnyInstructions) {
   Grid<float> heights = heights_of(sum(bell(-60, 20, 50, 4), bell(50, -30, 40, 3)), 1.0, 0.03);
   for (int j = 150; j < 170; ++j) heights.at(110, j) = kUnknown;
