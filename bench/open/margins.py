@@ -3,16 +3,13 @@
 [--folder build/open] [--out FILE]. For the pockets of the open benchmark with 0.75 to 1.35 of the limit's excess: lower
 end, estimate and upper end of the ridge by the excess less the true ridge, which is that of the excess by quadrature
 (`pockets.csv`). Then the UNDECIDED pockets, by what takes most of their range from the estimate to its end beyond the
-limit. Last, the probabilities of creasing against the true ridges, as bench/risk/risk.py
-compares them with layups of the second family: these pockets were never used to find how far readings are off.
-`contenders.py --only clouds` makes the clouds.
+limit. `contenders.py --only clouds` makes the clouds.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
-import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,13 +20,8 @@ from open_scenes import LIMIT_MM
 
 import debulk
 from debulk.results.report import PocketReport
-from debulk.risk import place
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "risk"))
-
-import risk  # noqa: E402
-
 NEAR = (0.75, 1.35)  # of the limit's excess
 
 
@@ -84,24 +76,6 @@ def cause(p: PocketReport) -> tuple[str, float]:
     return max(shares.items(), key=lambda one: one[1])
 
 
-def calibration(found: list[Read]) -> list[str]:
-    """Return what was said and what came true of the pockets whose ridge is higher than the ply."""
-    said, true = [], []
-    for one in found:
-        known = one.pocket.excess
-        assert known is not None
-        if known.height_mm > 0:
-            missed = place.reading_of(known.noise_mm, known.missed_mm, known.range_mm[1] - known.alone_mm)
-            said.append(risk.probabilities(known.height_mm, known.length_mm, missed, place.RESIDUALS))
-            true.append(one.true_mm > known.height_mm + risk.LIMITS_MM)
-    p, was = np.array(said), np.array(true, dtype=float)
-    return [
-        "Probability that a ridge exceeds limits round it, if one fold gathers all of its excess; said less what came "
-        f"true, in the mean over the tenths: {risk.apart(p, was)}",
-        *risk.tenths(p, was),
-    ]
-
-
 def table(found: list[Read], pockets: int) -> str:
     """Return all tables."""
     by_shape, by_cause = defaultdict[str, list[Read]](list), defaultdict[str, list[tuple[float, float]]](list)
@@ -130,7 +104,7 @@ def table(found: list[Read], pockets: int) -> str:
     for why, sizes in sorted(by_cause.items(), key=lambda one: -len(one[1])):
         takes, errors = np.array(sizes).T
         lines.append(f"{why:32}{len(sizes):8}{np.median(takes):16.3f}{np.median(errors):20.3f}{errors.max():8.3f}")
-    return "\n".join([*lines, "", *calibration(found)]) + "\n"
+    return "\n".join(lines) + "\n"
 
 
 def main() -> None:

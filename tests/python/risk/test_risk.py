@@ -1,6 +1,7 @@
 """Probabilities of made-up pockets, whose ridges by the excess are known."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -46,6 +47,13 @@ def shared_run(*numbers):
 
 def of(excess_mm, **changes):
     return risk([pocket(1, excess_mm, **changes)], None, Recipe()).pockets[1]
+
+
+def test_the_laws_are_those_that_were_measured():
+    text = (Path(__file__).parents[3] / "bench" / "risk" / "risk.txt").read_text(encoding="utf-8")
+    for law, what in ((SHARES, "by eighths, of all: "), (RESIDUALS, "by sixteenths, of all: ")):
+        measured = text.split(what)[1].split("\n")[0]
+        assert measured == ", ".join(f"{v:.3f}" for v in law)
 
 
 def test_it_grows_with_the_excess_from_none_to_certain():
