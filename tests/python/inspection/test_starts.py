@@ -1,7 +1,5 @@
 """How many starts a pocket gets: the fixed ones, and further ones while a figure lies close to its limit."""
 
-import threading
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -57,7 +55,7 @@ def roof():
     return Sheet(nodes, neighbours, [1, 0, 1], 5.0, 75.0, Reference(np.zeros((4, 4)), (-10, -10), 10.0))
 
 
-def settle(roof, values, recipe=RECIPE, stop=None, pool=None):
+def settle(roof, values, recipe=RECIPE, stop=None):
     """Starts of which the k-th has the k-th of these RMS values."""
     seen = []
 
@@ -65,7 +63,7 @@ def settle(roof, values, recipe=RECIPE, stop=None, pool=None):
         seen.append(solution)
         return figures(rms=values[len(seen) - 1])
 
-    return starts.settle(roof, recipe, post_process, stop or _core.Stop(), pool)
+    return starts.settle(roof, recipe, post_process, stop or _core.Stop())
 
 
 def test_a_bridge_that_does_not_decide_keeps_no_start_from_a_ridge_that_is_close(roof):
@@ -116,37 +114,6 @@ def test_starts_one_by_one_are_the_starts_at_once(roof):
     assert settled.solution.energy_mj == at_once.energy_mj
     energies = [m.energy_mj for m in at_once.minima]
     assert settled.best is settled.every[int(np.argmin(energies))]
-
-
-@pytest.mark.parametrize("values", [[0.28] * 6, [0.28, 0.28, 0.29, 0.32, 0.28], [0.25, 0.26]])
-def test_threads_that_work_ahead_change_nothing(roof, values):
-    alone = settle(roof, values)
-    with ThreadPoolExecutor(3) as pool:
-        helped = settle(roof, values, pool=pool)
-    assert helped.rms_mm == alone.rms_mm
-    for one, other in zip(helped.solution.minima, alone.solution.minima, strict=True):
-        assert np.array_equal(one.nodes_mm, other.nodes_mm)
-        assert one.iterations == other.iterations
-
-
-def test_work_is_in_order_done_once_and_left_when_no_more_is_asked_for():
-    begun = []
-
-    def work(number):
-        begun.append(number)
-        return number
-
-    with ThreadPoolExecutor(1) as pool:
-        busy = threading.Event()
-        pool.submit(busy.wait)
-        results = starts._in_order(work, range(5), pool)  # no thread is idle: done here, as asked for
-        assert [next(results), next(results)] == begun == [0, 1]
-        results.close()
-        busy.set()
-    assert begun == [0, 1]
-    with ThreadPoolExecutor(2) as pool:
-        assert list(starts._in_order(work, range(50), pool)) == list(range(50))
-    assert sorted(begun[2:]) == list(range(50))
 
 
 def test_softer_fibres_count_only_where_all_are(roof, monkeypatch):

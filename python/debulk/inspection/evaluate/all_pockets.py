@@ -24,7 +24,7 @@ def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, b
     # Calls of the core release the GIL. Whatever ends the wait (Ctrl-C, an error in the progress function) also ends
     # the solvers.
     with Workers(threads, cycle.stop) as pool:
-        for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop, pool), pockets):
+        for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop), pockets):
             evaluations.append(evaluation)
             cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
     cycle.check()
@@ -42,7 +42,7 @@ def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOn
         number = zlib.crc32(one.report.outline_mm.tobytes()) / 2**32  # from 0 to 1
         if not one.report.unsolved or number >= ply.recipe.run.audit:
             return one
-        audited = settle(found, one, ply, cycle.stop, pool)
+        audited = settle(found, one, ply, cycle.stop)
         return one if audited.late else replace(audited, turned=_net_bridges(audited.report, ply))
 
     with Workers(ply.recipe.run.threads or _core.default_threads(), cycle.stop) as pool:

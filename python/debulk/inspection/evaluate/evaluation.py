@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from concurrent.futures import Executor
 from dataclasses import replace
 
 from debulk import _core, ridge, solve, verdict
@@ -24,16 +23,14 @@ from debulk.verdict import Verdict
 log = logging.getLogger("debulk")
 
 
-def settle(
-    found: FoundPocket, decided: Evaluation, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None
-) -> Evaluation:
+def settle(found: FoundPocket, decided: Evaluation, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
     """Add net and minimum to a pocket that was decided without; its verdict stays as it is."""
     recipe = ply.recipe.model_copy(update={"solve": ply.recipe.solve.model_copy(update={"when": "always"})})
-    return decided.with_picture_of(evaluate(found, replace(ply, recipe=recipe), stop, pool))
+    return decided.with_picture_of(evaluate(found, replace(ply, recipe=recipe), stop))
 
 
-def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None = None) -> Evaluation:
-    """Evaluate one pocket; idle threads of the pool help, see `starts.settle`.
+def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
+    """Evaluate one pocket.
 
     An unexpected error does not prevent the report: the pocket is INVALID, and the error is its reason.
     """
@@ -43,16 +40,14 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
     try:
         hole = pocket_holes.holes_of(found, ply)
         if hole is not None:
-            return both_ways.judged(
-                found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop, pool)
-            )
+            return both_ways.judged(found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop))
         if not found.foot.closed:
             return not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
         spacing_mm = found.segmentation.heights.spacing_mm
         if found.promoted and (specks := unseen.single_points(found.pocket, found.holes, spacing_mm, ply.recipe)):
             share = found.pocket.measured_share
             return not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
-        return _with_closed_rim(found, ply, stop, pool)
+        return _with_closed_rim(found, ply, stop)
     except _core.Stopped:
         return _late(found, seen)
     except Exception as error:
@@ -62,14 +57,14 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executo
         return not_evaluated(seen, verdict.judge(certified=False, refused=refused))
 
 
-def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool: Executor | None) -> Evaluation:
+def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
     """Evaluate a pocket whose rim is closed: by its fibre lines if that is held, else by its minima."""
     seen, watch = seen_of(found), Stopwatch()
     paper = ply.recipe.verdict.criterion == "paper"
     try:
         laid = _lay(found, ply, watch, stop) if paper or not surely_held(found, ply) else None
         if laid is not None and (paper or not laid.held):
-            return _by_minima(seen, laid, found, ply, watch, stop, pool)
+            return _by_minima(seen, laid, found, ply, watch, stop)
         with watch.step("excess"):
             decided = by_runs(found, ply, stop)
     except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid, or angles lack
@@ -78,7 +73,7 @@ def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop, pool:
     if ply.recipe.solve.when == "needed":
         return done
     try:
-        return _with_picture(done, laid or _lay(found, ply, watch, stop), found, watch, stop, pool)
+        return _with_picture(done, laid or _lay(found, ply, watch, stop), found, watch, stop)
     except _core.InputError:  # no net can be laid, and there is no picture
         return done
     except _core.Stopped:
@@ -112,10 +107,9 @@ def _with_picture(
     found: FoundPocket,
     watch: Stopwatch,
     stop: _core.Stop,
-    pool: Executor | None,
 ) -> Evaluation:
     """Add the net of a pocket that its lines decided, and one minimum, which decides nothing."""
-    settled, late = _settled(laid, found, _timed(laid, watch), watch, stop, pool, for_the_picture=True)
+    settled, late = _settled(laid, found, _timed(laid, watch), watch, stop, for_the_picture=True)
     known = done.report.excess
     with watch.step("ridge"):
         stands = () if known is None else ridges.of_excess(laid, known, found.foot)
@@ -139,7 +133,6 @@ def _by_minima(
     ply: PlyOnMold,
     watch: Stopwatch,
     stop: _core.Stop,
-    pool: Executor | None,
 ) -> Evaluation:
     """Judge a pocket by its minima: at the ply's edge, where fibres may slip, and by the paper's criterion."""
     bridge = known = None
@@ -149,11 +142,11 @@ def _by_minima(
         elif laid.held:
             known = by_runs(found, ply, stop).excess
     post_process = _timed(laid, watch)
-    settled, late = _settled(laid, found, post_process, watch, stop, pool)
+    settled, late = _settled(laid, found, post_process, watch, stop)
     by_rule = laid.judge(settled.solution, settled.best, settled.every, bridge=bridge, deadline_passed=late)
     by_paper = laid.judge(settled.solution, settled.best, settled.every, deadline_passed=late, criterion="paper")
     with watch.step("solve"):
-        ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, post_process, stop, pool)
+        ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, post_process, stop)
     by_rule = ends.judged
     unjudged = settled.solution.explanation if settled.solution.status in REFUSED else ""
     if found.promoted and (unjudged or not laid.closed_rim):
@@ -194,7 +187,6 @@ def _settled(
     post_process: starts.PostProcess,
     watch: Stopwatch,
     stop: _core.Stop,
-    pool: Executor | None,
     *,
     for_the_picture: bool = False,
 ) -> tuple[starts.Settled, bool]:
@@ -203,7 +195,7 @@ def _settled(
         by_strings = laid.recipe.verdict.criterion == "excess"  # they decide on bridges, in place of the net's
         judged_as = laid.without_bridge if by_strings else starts.as_they_are
         settled = starts.settle(
-            laid.sheet, laid.recipe, post_process, stop, pool, judged_as=judged_as, for_the_picture=for_the_picture
+            laid.sheet, laid.recipe, post_process, stop, judged_as=judged_as, for_the_picture=for_the_picture
         )
     replay.keep(
         laid.sheet,

@@ -9,7 +9,6 @@ slips where a fine net holds, past the one or two nodes beside the edge whose fi
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +46,6 @@ def at_both_ends(
     bridge: Bridge | None,
     post_process: Callable[[solve.Solution], ridge.PostProcessed],
     stop: _core.Stop,
-    pool: Executor | None = None,
 ) -> BothEnds:
     """Settle a pocket at the ply's edge also with its rim held, if that can change the verdict of the slipping rim."""
     if "friction" in laid.sheet.left_out:
@@ -60,7 +58,6 @@ def at_both_ends(
         laid.recipe,
         post_process,
         stop,
-        pool,
         judged_as=laid.without_bridge,
     )
     late = held.cut or (stop.past_deadline and not held.solution.certified)

@@ -8,18 +8,15 @@ less than half the time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import Executor
-from contextlib import closing
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from debulk import _core, ridge, sheet, solve
 from debulk.recipe import Recipe, options
 
 Range = tuple[float, float]
 PostProcess = Callable[[solve.Solution], ridge.PostProcessed]
-Found = TypeVar("Found")
 
 
 class Figures(Protocol):
@@ -83,15 +80,11 @@ def settle(
     recipe: Recipe,
     post_process: PostProcess,
     stop: _core.Stop,
-    pool: Executor | None = None,
     *,
     judged_as: Callable[[ridge.PostProcessed], Figures] = as_they_are,
     for_the_picture: bool = False,
 ) -> Settled:
     """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`.
-
-    Idle threads of the pool work ahead on the further starts. Their results count only if the rule asks for them, in
-    the order of the starts, so that the result does not depend on the pool.
 
     `judged_as` returns the figures that decide, where they are not those of the net: whether another start may change
     the verdict follows from them.
@@ -104,12 +97,10 @@ def settle(
     minima: list[solve.Solution] = []
     counted: list[tuple[solve.Solution, ridge.PostProcessed]] = []
 
-    def minimise(first: int, end: int) -> tuple[solve.Solution, ...]:
+    def minimise(first: int, end: int) -> None:
         how = options.minimise(recipe)
         how.first_start, how.starts = first, end
-        return solve.minimise_with(how, ply, None, stop).minima
-
-    def take(found: tuple[solve.Solution, ...]) -> None:
+        found = solve.minimise_with(how, ply, None, stop).minima
         minima.extend(found)
         counted.extend((m, post_process(m)) for m in found if m.certified)
         # A ply with softer fibres is another ply: minima with a compliance count only if all of them needed one.
@@ -121,17 +112,14 @@ def settle(
 
     if for_the_picture:
         for first in (1, 0):
-            take(minimise(first, first + 1))
+            minimise(first, first + 1)
             if minima[-1].certified or stop.now():
                 break
         cut = stop.now() and not minima[-1].certified
         return _settled(minima, counted, post_process, cut)
-    take(minimise(0, wanted.starts))
-    if more():
-        further = range(len(minima), wanted.most_starts)
-        with closing(_in_order(lambda k: minimise(k, k + 1), further, pool)) as results:
-            while more() and not stop.now():
-                take(next(results))
+    minimise(0, wanted.starts)
+    while more() and not stop.now():
+        minimise(len(minima), len(minima) + 1)
     # If a start is not certified, the stop may have ended it before it reached a minimum.
     cut = stop.now() and (more() or len(minima) < wanted.starts or not all(m.certified for m in minima))
     return _settled(minima, counted, post_process, cut)
@@ -148,22 +136,6 @@ def _settled(
         counted = [(solution, post_process(solution))]
     best = next(p for m, p in counted if m.nodes_mm is solution.nodes_mm)
     return Settled(solution, best, tuple(m for m, _ in counted), tuple(p for _, p in counted), cut)
-
-
-def _in_order(
-    work: Callable[[int], Found], numbers: Iterable[int], pool: Executor | None
-) -> Generator[Found, None, None]:
-    """Yield the result for each number, in order; work that no thread of the pool has begun by then is done here."""
-    if pool is None:
-        yield from map(work, numbers)
-        return
-    ahead = [(number, pool.submit(work, number)) for number in numbers]
-    try:
-        for number, future in ahead:
-            yield work(number) if future.cancel() else future.result()
-    finally:
-        for _, future in ahead:
-            future.cancel()
 
 
 def close(every: Sequence[Figures], recipe: Recipe) -> bool:
