@@ -80,16 +80,11 @@ def median(size, times=1):
     return blur
 
 
-@pytest.mark.parametrize("blur", [median(5), median(5, 8)])
-@pytest.mark.parametrize("missing", [0.0, 0.02])
-def test_a_medians_depths_repeat(blur, missing):
-    holes = np.where(np.random.default_rng(2).random(NOISE.shape) < missing, np.nan, 0.0)
-    assert told(blur(NOISE) + holes, slope=0.0) and not told(NOISE + holes, slope=0.0)
-
-
-@pytest.mark.parametrize("blur", [median(3), lambda z: np.round(z, 2), lambda z: np.round(median(5)(z), 2)])
-def test_a_small_median_and_rounding_are_let_pass(blur):
-    """What was rounded repeats by that: there a median is told by the ply's edge alone, if at all."""
+@pytest.mark.parametrize(
+    "blur", [median(3), median(5, 8), lambda z: np.round(z, 2), lambda z: np.round(median(5)(z), 2)]
+)
+def test_a_median_and_rounding_are_let_pass(blur):
+    """A median leaves noise of its own."""
     assert not told(blur(NOISE), slope=0.0)
 
 
@@ -120,6 +115,15 @@ def test_a_bump_that_creases_does_not_pass_in_a_smoothed_scan(wide_mm, high_mm, 
     report = inspector.inspect(smoothed(scan, gaussian(sigma)))
     assert report.verdict is Verdict.UNDECIDED
     assert "points of the scan 1 mm apart share their measuring noise" in report.reason
+
+
+@pytest.mark.parametrize("times", [1, 8])
+def test_nor_does_one_in_a_scan_after_a_median(times):
+    """Its noise is not shared, but patches of the scan have none, as if they had been filled in."""
+    scan = laid_ply.scan(laid_ply.bell(50, 30, 16, 3))
+    report = laid_ply.inspector().inspect(smoothed(scan, median(5, times)))
+    assert report.verdict > Verdict.CEASE
+    assert "filled" in {one.check for one in report.findings}
 
 
 @pytest.mark.parametrize("step_mm", [0.0, 0.01])

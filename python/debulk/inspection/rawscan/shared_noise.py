@@ -1,7 +1,4 @@
-"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it.
-
-Means make it vary slowly. After a median depths repeat from point to point, to the last bit, as its windows overlap.
-"""
+"""Whether neighbouring points of a scan share their noise, as they do after the scanner's software has smoothed it."""
 
 from __future__ import annotations
 
@@ -34,11 +31,6 @@ class Limits:
     # 0.23, after a Gaussian of 0.7 points 0.22, of 1 0.04.
     white_share: float = 0.25
     quantile: float = 0.75  # over the squares that is compared: an edge, or much shape, lowers the share in a square
-    lags: tuple[int, int] = (3, 13)  # points: at the first one windows of 5 overlap, at the second one hardly any do
-    repeat_quantile: float = 0.95  # over the squares that is compared: on a slope a median repeats nothing
-    # Of equal pairs at the first lag, in excess of `repeat_times` the share of equal pairs at the second one.
-    repeated_share: float = 0.015
-    repeat_times: float = 4.0
 
 
 LIMITS = Limits()
@@ -51,41 +43,24 @@ def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64
 
     False, too, where too little noise is seen. Noise that was smoothed varies slowly: its differences of fourth order
     along both axes of the image, which are 70 for white noise of one unit, are too small compared with its scatter. A
-    scanner's own noise, even if correlated, has a white part. Noise after a median filter has one too, but the same
-    depth occurs again and again.
+    scanner's own noise, even if correlated, has a white part. So has noise after a median filter, but not everywhere:
+    patches of such a scan have none, as if they had been filled in.
 
     The numbers `index`, counted row by row, are those of squares on the ply.
     """
     some = index[
         (_TURN * len(index) * np.arange(min(LIMITS.most_squares, len(index)))).astype(np.int64) % max(1, len(index))
     ]
-    rounded_mm = step_of(_seen(_depths(image.points, squares, some, step)))
+    given = _depths(image.points, squares, some, step)
+    rounded_mm = step_of(given[np.isfinite(given)].astype(np.float32))
     near, far = (_depths(image.heights, squares, some, apart) for apart in (step, 2 * step))
-    return _is_shared(near, rounded_mm) or _is_shared(far, rounded_mm) or _repeats(near, rounded_mm)
+    return _is_shared(near, rounded_mm) or _is_shared(far, rounded_mm)
 
 
 def _is_shared(depths: Floats, rounded_mm: float) -> bool:
     own = _own_share(depths, rounded_mm)
     told = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
     return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
-
-
-def _repeats(depths: Floats, rounded_mm: float) -> bool:
-    """Return whether (N, 16, 16) depths, NaN where nothing was seen, repeat; rounded ones do so by themselves."""
-    if rounded_mm or len(depths) < LIMITS.least_squares:
-        return False
-
-    def equal(lag: int) -> float:
-        along_rows = np.mean(depths[:, :, lag:] == depths[:, :, :-lag], axis=(1, 2))
-        along_columns = np.mean(depths[:, lag:] == depths[:, :-lag], axis=(1, 2))
-        return float(np.quantile(np.maximum(along_rows, along_columns), LIMITS.repeat_quantile))
-
-    near, far = map(equal, LIMITS.lags)
-    return near > LIMITS.repeated_share + LIMITS.repeat_times * far
-
-
-def _seen(depths: Floats) -> NDArray[np.float32]:
-    return depths[np.isfinite(depths)].astype(np.float32)
 
 
 def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
