@@ -178,11 +178,13 @@ def bell(x0, y0, radius, high):
     return raised
 
 
-def longer(raised, outline):
+def longer(raised, outline, missed=None):
     x, y = np.meshgrid(np.arange(-80.0, 381.0, 1.0), np.arange(-80.0, 281.0, 1.0))
     ply = (x > 0) & (x < 300) & (y > 0) & (y < 200)
     heights = Grid(raised(x, y, ply), np.array([-80.0, -80.0]), 1.0)
-    return ply_edge.longer_outside(Outline(outline), heights, 0.3, 0.84)
+    edge = Outline(outline)
+    strips = edge.missed(missed or (lambda xy: np.zeros(len(xy))), 0.15)
+    return ply_edge.longer_outside(edge, heights, strips, 0.3, 0.84)
 
 
 @pytest.mark.parametrize("radius", [14, 20])
@@ -195,6 +197,22 @@ def test_the_longest_fibre_may_lie_just_outside_an_outline_that_is_short(radius)
     assert found.place_mm == pytest.approx((295, 100), abs=6)
     assert longer(bell(300, 100, radius, high), whole) is None and longer(flat, short) is None
     assert longer(bell(285, 100, radius, high), short) is None  # what is longest inside is judged there
+
+
+def test_heights_beside_an_edge_of_the_mold_or_a_hole_are_no_fibre():
+    whole = np.array([[0, 0], [300, 0], [300, 200], [0, 200]], dtype=float)
+
+    def ragged(x, y, ply):
+        at_edge = (np.abs(x - 303) < 4) & (np.abs(y - 100) < 12)
+        return np.where(at_edge, 1.0 + 1.5 * (y % 8 < 4), flat(x, y, ply))
+
+    def with_holes(x, y, ply):
+        standing = np.where((np.abs(y - 100) > 9) | (y % 8 < 4), np.nan, 2.0 + 0.01 * y)
+        return np.where((np.abs(x - 303) < 4) & (np.abs(y - 100) < 16), standing, flat(x, y, ply))
+
+    assert longer(ragged, whole) is not None
+    assert longer(ragged, whole, lambda xy: np.where(np.hypot(*(xy - [303, 100]).T) < 12, 0.6, 0.0)) is None
+    assert longer(with_holes, whole) is None
 
 
 @pytest.mark.parametrize("offset_mm", [-0.05, 0.0, 0.05])

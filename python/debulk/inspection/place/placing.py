@@ -176,7 +176,7 @@ class Placing:
             )
             or ply_edge.left_out(self.outline, strips - self._missed, thickness_mm, raised_mm, heights.spacing_mm)
             or ply_edge.longer_outside(
-                self.outline, heights, raised_mm + thickness_mm, excess_of_ridge(most_mm, thickness_mm)
+                self.outline, heights, self._missed, raised_mm + thickness_mm, excess_of_ridge(most_mm, thickness_mm)
             )
             or ply_edge.low_step(self.outline, strips - self._missed, self._least_mm)
         )

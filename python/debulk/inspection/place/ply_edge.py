@@ -174,22 +174,28 @@ def left_out(
     return Finding("ply_edge", Verdict.INVALID, reason, area_mm2, unit="mm²", place_mm=(x, y))
 
 
-def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: float) -> Finding | None:
+def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: float, most_mm: float) -> Finding | None:
     """Name the place just outside the outline at which a fibre along it is longer than allowed, and than those inside.
 
     A pocket that the ply's edge cuts may be highest at the edge, and an outline that is a few millimetres short leaves
     the longest fibre out. In the map of heights a ply that lies on the mold stands `bare_mm` high; `most_mm` is the
-    excess that is allowed.
+    excess that is allowed. `missed` (N, K) is `Outline.missed`: beside an edge of the mold, and from a place that was
+    not seen to the next, the heights show no fibre.
     """
     if heights.spacing_mm > LIMITS.along_mm:
         return None
-    lifted = np.nan_to_num(outline.lines(heights, LIMITS.beside_mm, LIMITS.along_mm) - bare_mm)
+    off_mm = np.array(LIMITS.beside_mm)
+    lifted = outline.lines(heights, LIMITS.beside_mm, LIMITS.along_mm) - bare_mm
+    place = np.arange(len(lifted)) * len(outline.places_mm) // len(lifted)
+    edges: Bools = np.asarray(np.isnan(missed[:, np.abs(outline.offsets_mm) <= off_mm.max()]).any(axis=1))
+    unknown = np.isnan(lifted) | edges[place, None]
+    lifted[unknown] = 0.0
     lifted[(lifted < LIMITS.lifted_mm) | (lifted > HIGHEST_MM)] = 0.0
     calm = np.median([np.roll(lifted, k, axis=0) for k in (-1, 0, 1)], axis=0)  # without single points
     excess = np.hypot(np.diff(calm, axis=0, append=calm[:1]), LIMITS.along_mm) - LIMITS.along_mm
+    excess[unknown | np.roll(unknown, -1, axis=0)] = 0.0
     half = round(0.5 * STRETCH_MM / LIMITS.along_mm)
     longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
-    off_mm = np.array(LIMITS.beside_mm)
     outer = off_mm > 0
     around = np.max([np.roll(calm, k, axis=0) for k in range(-half, half)], axis=0)
     # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge, and lies near it.
@@ -201,7 +207,7 @@ def longer_outside(outline: Outline, heights: Grid, bare_mm: float, most_mm: flo
         return None
     here = np.arange(worst - half, worst + half) % len(longer)
     middle = here[np.argmax(calm[here][:, outer].max(axis=1))]
-    x, y = outline.places_mm[middle * len(outline.places_mm) // len(longer)].tolist()
+    x, y = outline.places_mm[place[middle]].tolist()
     reason = (
         f"the outline leaves out a part of the ply: just outside it, at ({x:.0f}, {y:.0f}) mm, a fibre along the edge "
         f"is {outside[worst]:.2f} mm longer than the mold, and none inside is so long; check that the outline reaches "
