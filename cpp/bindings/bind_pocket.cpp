@@ -165,7 +165,6 @@ void bind_pocket(py::module_ m) {
       .def_readonly("area", &UnseenHole::area)
       .def_readonly("thickness", &UnseenHole::thickness)
       .def_readonly("rim_height", &UnseenHole::rim_height)
-      .def_readonly("outer_rim_height", &UnseenHole::outer_rim_height)
       .def_readonly("reference_share", &UnseenHole::reference_share)
       .def_readonly("at_ply_edge", &UnseenHole::at_ply_edge)
       .def_readonly("filled", &UnseenHole::filled);

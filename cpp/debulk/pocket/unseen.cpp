@@ -126,25 +126,6 @@ double depth_of(const Component& c, const Mask& marked) {
   return depth_in(grown(static_cast<int>(std::min<double>(std::ceil(found), marked.nx + marked.ny))), c, marked);
 }
 
-// Whether a known point is connected, by sides and corners, to no more than a few others.
-bool is_speck(const Mask& known, std::size_t point) {
-  constexpr std::size_t most = 8;  // fewer than 3 by 3
-  std::vector<std::size_t> piece{point};
-  for (std::size_t k = 0; k < piece.size(); ++k) {
-    const int i = static_cast<int>(piece[k] % static_cast<std::size_t>(known.nx)),
-              j = static_cast<int>(piece[k] / static_cast<std::size_t>(known.nx));
-    for (int dj = -1; dj <= 1; ++dj)
-      for (int di = -1; di <= 1; ++di) {
-        if (!known.contains(i + di, j + dj) || !known.at(i + di, j + dj)) continue;
-        const std::size_t beside = known.index(i + di, j + dj);
-        if (std::find(piece.begin(), piece.end(), beside) != piece.end()) continue;
-        if (piece.size() == most) return false;
-        piece.push_back(beside);
-      }
-  }
-  return true;
-}
-
 // The height that a twentieth of a rim's points reach; see UnseenHole.
 double height_of(std::vector<float> rim) {
   const std::size_t rank = std::clamp<std::size_t>(rim.size() / 20, 3, 8) - 1;
@@ -212,14 +193,10 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
       }
     std::sort(rim.begin(), rim.end());
     rim.erase(std::unique(rim.begin(), rim.end()), rim.end());
-    std::vector<float> all, outer;
-    for (const std::size_t k : rim) {
-      all.push_back(height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx))));
-      if (!is_speck(known, k)) outer.push_back(all.back());
-    }
-    const bool mostly_specks = 2 * outer.size() < all.size();
-    hole.rim_height = height_of(std::move(all));
-    hole.outer_rim_height = mostly_specks ? hole.rim_height : std::min(hole.rim_height, height_of(std::move(outer)));
+    std::vector<float> heights;
+    for (const std::size_t k : rim)
+      heights.push_back(height(static_cast<int>(k % static_cast<std::size_t>(nx)), static_cast<int>(k / static_cast<std::size_t>(nx))));
+    hole.rim_height = height_of(std::move(heights));
     const Eigen::Vector2d half = Eigen::Vector2d::Constant(ply.spacing / 2);
     hole.centre = c.nearest(ply, hole.centre / static_cast<double>(count));
     hole.box = {hole.box.low - half, hole.box.high + half};

@@ -24,9 +24,6 @@ struct UnseenHole {
   // single wild point decides) and at most eight (if the hole cuts a pocket of the tolerances, 16 mm of a long rim
   // stand up). 0 if fewer are known.
   double rim_height = 0;
-  // The same without specks, which are pieces of fewer than 3 by 3 known points, like strays in a glare. If specks are
-  // most of the rim, they are included.
-  double outer_rim_height = 0;
   double reference_share = 0;  // share of its area where the reference is unknown
   bool at_ply_edge = false;    // reaches the ply's outline, or the border of what the scanner sees
   bool filled = false;         // small enough for the rule: heights are there, but were not measured

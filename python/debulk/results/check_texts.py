@@ -180,11 +180,11 @@ CHECK_TEXTS = (
     CheckText(
         "holes",
         "A hole may hide something",
-        "every part of the ply that was not seen: how high its rim stands, how wide it is, whether a pocket was judged "
-        "with it; and bumps whose rest lies in a hole",
-        "a rim of a quarter of `segmentation.cut_height_mm`, or one thickness and `patch.mold_tol_mm` if that is more",
+        "every part of the ply that was not seen: the ridge of what the fibres show there and of the steepest bell "
+        "that it can hide; and bumps that end in it",
+        "`verdict.max_ridge_mm`",
         "scan again with less glare, with another exposure or from another side",
-        (INVALID, UNDECIDED),
+        (UNDECIDED,),
     ),
     CheckText(
         "shared_fibres",
@@ -242,7 +242,7 @@ CHECK_TEXTS = (
         "points, and where such squares are too wide, windows of 7 by 7 pixels",
         "together the area of the smallest pocket, 2 cm² at most; by windows half of that",
         "switch the scanner's hole filling and clipping off, or give the raw cloud",
-        (INVALID, UNDECIDED),
+        (UNDECIDED,),
     ),
     CheckText(
         "smoothed",

@@ -138,6 +138,8 @@ def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
 
 def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:
     best = at_best(half, area_tol_mm2)
+    if pocket.promoted and best is Verdict.INVALID:
+        best = Verdict.UNDECIDED  # as any bump below the tolerances that cannot be judged
     if pocket.verdict < best:
         name = f"pockets[{pocket.id - 1}]"
         why = f"it {half_seen_line(half)}; {best} at best"

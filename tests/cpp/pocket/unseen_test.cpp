@@ -80,31 +80,6 @@ TEST(Unseen, AHoleHasPlaceAreaThicknessAndRim) {
   EXPECT_NEAR(1 - unseen.coverage, M_PI * 625 / (181 * 141), 0.005);
 }
 
-TEST(Unseen, SpecksInAHoleRaiseItsRimButNotItsOuterRim) {
-  const auto with_block = [](int wide, int high) {
-    Overview overview = plain();
-    lose(overview, disc(20, 10, 25));
-    for (int j = 0; j < high; ++j)
-      for (int i = 0; i < wide; ++i) overview.heights.at(58 + i, 44 + j) = 2.0F, overview.measured.at(58 + i, 44 + j) = 1;
-    return find_unseen(overview, on(90.5, 70.5)).holes.at(0);
-  };
-  const UnseenHole specks = with_block(2, 4), block = with_block(3, 3);
-  EXPECT_NEAR(specks.rim_height, 2.0, 1e-6);
-  EXPECT_NEAR(specks.outer_rim_height, 0.3, 1e-6);
-  EXPECT_NEAR(block.rim_height, 2.0, 1e-6);
-  EXPECT_NEAR(block.outer_rim_height, 2.0, 1e-6);  // 3 by 3 points are no specks: the ply stands there
-}
-
-TEST(Unseen, TheOuterRimOfAHoleAmidSpecksIsItsRim) {
-  Overview overview = plain();
-  lose(overview, [](const Eigen::Vector2d&) { return true; });
-  for (int j = 0; j < 81; j += 4)
-    for (int i = 0; i < 101; i += 4) overview.heights.at(i, j) = 2.0F;
-  const UnseenHole hole = find_unseen(overview, on(90.5, 70.5)).holes.at(0);
-  EXPECT_NEAR(hole.rim_height, 2.0, 1e-6);
-  EXPECT_NEAR(hole.outer_rim_height, 2.0, 1e-6);
-}
-
 TEST(Unseen, ABentHoleIsNamedByAPointInIt) {
   Overview overview = plain();
   const auto ring = [](const Eigen::Vector2d& p) { return p.norm() > 30 && p.norm() < 44 && p.x() > -30; };

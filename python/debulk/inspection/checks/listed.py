@@ -12,9 +12,8 @@ from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.clouds import unit
 from debulk.inspection.evidence import smooth_patches, two_layers
-from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
-from debulk.inspection.ply import humps
+from debulk.inspection.ply import hidden, humps
 from debulk.inspection.rawscan import (
     edge_spread,
     filled,
@@ -54,7 +53,7 @@ CHECKS = (
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", pockets.deadline),
-    Check("holes", pockets.not_seen, (unseen.LIMITS,)),
+    Check("holes", pockets.not_seen, (hidden.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", false_acceptance.findings),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
@@ -69,7 +68,7 @@ CHECKS = (
         (lost_places.LIMITS,),
     ),
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
-    Check("filled", lambda seen: seen.filled.findings(seen.ply.recipe), (filled.LIMITS, smooth_patches.LIMITS)),
+    Check("filled", lambda seen: seen.filled.findings(), (filled.LIMITS, smooth_patches.LIMITS)),
     Check(
         "smoothed",
         lambda seen: seen.filled.smoothed.findings(),

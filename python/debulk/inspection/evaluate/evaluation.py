@@ -38,16 +38,11 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation
     if stop.now():
         return _late(found, seen)
     try:
-        hole = pocket_holes.holes_of(found, ply)
-        if hole is not None:
-            return both_ways.judged(found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop))
-        if not found.foot.closed:
-            return not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
-        spacing_mm = found.segmentation.heights.spacing_mm
-        if found.promoted and (specks := unseen.single_points(found.pocket, found.holes, spacing_mm, ply.recipe)):
-            share = found.pocket.measured_share
-            return not_evaluated(seen, _refused(found, f"it was seen to {100 * share:.0f} % only{specks}: scan again"))
-        return _with_closed_rim(found, ply, stop)
+        done = _evaluate(found, seen, ply, stop)
+        if found.promoted and done.report.verdict is Verdict.INVALID:  # it may crease, and may be nothing
+            reason = f"{found.promoted}; not evaluated: {done.report.reason}"
+            done = replace(done, report=replace(done.report, verdict=Verdict.UNDECIDED, reason=reason))
+        return done
     except _core.Stopped:
         return _late(found, seen)
     except Exception as error:
@@ -55,6 +50,15 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation
         what = " ".join(str(error).split())
         refused = f"an unexpected error, {type(error).__name__}{': ' if what else ''}{what}; please report it"
         return not_evaluated(seen, verdict.judge(certified=False, refused=refused))
+
+
+def _evaluate(found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
+    hole = pocket_holes.holes_of(found, ply)
+    if hole is not None:
+        return both_ways.judged(found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop))
+    if not found.foot.closed:
+        return not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
+    return _with_closed_rim(found, ply, stop)
 
 
 def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
@@ -68,7 +72,7 @@ def _with_closed_rim(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Ev
         with watch.step("excess"):
             decided = by_runs(found, ply, stop)
     except _core.InputError as error:  # here the data are at fault, not the user: no net can be laid, or angles lack
-        return not_evaluated(seen, _refused(found, str(error)))
+        return not_evaluated(seen, verdict.judge(certified=False, refused=str(error)))
     done = _decided(seen, decided, found, watch)
     if ply.recipe.solve.when == "needed":
         return done
@@ -148,9 +152,6 @@ def _by_minima(
     with watch.step("solve"):
         ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, post_process, stop)
     by_rule = ends.judged
-    unjudged = settled.solution.explanation if settled.solution.status in REFUSED else ""
-    if found.promoted and (unjudged or not laid.closed_rim):
-        by_rule = _refused(found, unjudged or "the rim of its net is not closed")
     by_rule = _with_joined(by_rule, found)
     with watch.step("ridge"):
         stands = ridges.of_excess(laid, known, found.foot) if known else ridges.of_minima(laid, ends.shown, found.foot)
@@ -221,10 +222,3 @@ def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judge
     names = ", ".join(str(number) for number in found.joined)
     others = f"pocket{'s' * (len(found.joined) > 1)} {names}"
     return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")
-
-
-def _refused(found: FoundPocket, why: str) -> verdict.Judgement:
-    """Judge a pocket without a result of its net; a bump below the tolerances is UNDECIDED, as it may crease."""
-    if not found.promoted:
-        return verdict.judge(certified=False, refused=why)
-    return verdict.Judgement(Verdict.UNDECIDED, f"{found.promoted}; not evaluated: {why}")

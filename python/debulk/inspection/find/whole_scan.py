@@ -12,6 +12,7 @@ from debulk.arrays import Floats
 from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
+from debulk.inspection.ply.hidden import harmless_mm2
 from debulk.inspection.ply.setup import Setup
 from debulk.recipe import options
 
@@ -43,7 +44,11 @@ class WholeScanFinder:
         front = self._front
         front.inspect(points, stop, copy=False)
         times_ms, began = front.times_ms, time.perf_counter()
-        overview, unseen = front.overview(options.unseen(self._recipe, self._setup.outline))
+        listed = options.unseen(self._recipe, self._setup.outline)
+        listed.area_tol_mm2 = min(
+            listed.area_tol_mm2, 2 * harmless_mm2(self._recipe)
+        )  # filled ones: from half of it on
+        overview, unseen = front.overview(listed)
         if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
             return Found(None, unseen, overview, times_ms, doubt=self._why_so_little(points, stop))
         wanted = options.segment(self._recipe, self._setup.outline)

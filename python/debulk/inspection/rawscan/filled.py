@@ -23,10 +23,9 @@ from debulk.inspection.evidence.smooth_patches import (
     squares_of,
     touching,
 )
-from debulk.inspection.holes import unseen
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
-from debulk.recipe import Recipe, options
+from debulk.recipe import options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -75,19 +74,19 @@ class Filled:
     smoothed: Smoothed = field(default_factory=Smoothed)
     """Signs that the whole scan was smoothed."""
 
-    def findings(self, recipe: Recipe) -> list[Finding]:
-        """Judge each patch as a hole of its size: INVALID if it stands up, else UNDECIDED, as it may hide a pocket."""
+    def findings(self) -> list[Finding]:
+        """Judge each patch as a hole of its size, in which a pocket could lie."""
         out = []
         for patch in self.patches:
             x, y = patch.centre_mm
-            rim_mm = unseen.standing_mm(recipe)
             reason = (
                 f"some {in_cm2(patch.area_mm2)} at ({x:.0f}, {y:.0f}) mm, up to {patch.height_mm:.1f} mm high, "
                 "carry no measuring noise, unlike the rest of the scan: filled in or clipped by the scanner's "
                 "software? Switch its hole filling and clipping off, or give the raw cloud"
             )
-            at_best = Verdict.INVALID if patch.height_mm >= rim_mm else Verdict.UNDECIDED
-            out.append(Finding("filled", at_best, reason, patch.height_mm, rim_mm, "mm", patch.centre_mm))
+            out.append(
+                Finding("filled", Verdict.UNDECIDED, reason, patch.area_mm2, unit="mm²", place_mm=patch.centre_mm)
+            )
         return out
 
     def left_out(self) -> tuple[LeftOut, ...]:
