@@ -164,3 +164,16 @@ def test_transform_refuses_what_is_not_rigid(matrix: np.ndarray, message: str) -
 
 def test_doctests() -> None:
     assert doctest.testmod(debulk.cloud).failed == 0
+
+
+def test_the_median_pitch_of_many_points_is_exact() -> None:
+    noise = np.random.default_rng(0)
+    places = np.dstack(np.meshgrid(np.arange(400.0), np.arange(300.0))) + noise.uniform(-0.4, 0.4, (300, 400, 2))
+    places[:, 200:, 0] *= 3
+    places[noise.random((300, 400)) < 0.1] = np.nan
+    points = np.dstack([places, np.zeros((300, 400))]).astype(np.float32)
+    beside = [points[:-1, 1:, :2] - points[:-1, :-1, :2], points[1:, :-1, :2] - points[:-1, :-1, :2]]
+    apart = np.concatenate([np.hypot(d[..., 0], d[..., 1]).ravel() for d in beside])
+    apart = np.sort(apart[np.isfinite(apart)])
+    assert len(apart) > 100_000
+    assert cloud.median_pitch(points) == apart[len(apart) // 2]

@@ -11,11 +11,29 @@
 namespace debulk {
 namespace {
 
+float select(std::vector<float>& values, std::size_t place) {
+  const auto at = values.begin() + static_cast<long>(place);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// A sample tells between which values the median lies, if there are many; it is selected among the few of these.
 double median(std::vector<float>& values) {
+  constexpr std::size_t kMany = 100'000, kEvery = 64;
   if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  const std::size_t middle = values.size() / 2;
+  if (values.size() > kMany) {
+    std::vector<float> sample, between;
+    for (std::size_t k = 0; k < values.size(); k += kEvery) sample.push_back(values[k]);
+    const float low = select(sample, sample.size() * 48 / 100), high = select(sample, sample.size() * 52 / 100);
+    std::size_t below = 0;
+    for (const float v : values) {
+      below += v < low;
+      if (v >= low && v <= high) between.push_back(v);
+    }
+    if (below <= middle && middle < below + between.size()) return select(between, middle - below);
+  }
+  return select(values, middle);
 }
 
 // Median distance from a pixel to the next one that was seen, so many columns and rows or a multiple farther; 0 if there

@@ -45,6 +45,7 @@ Grid<float> smoothed(const Grid<float>& squares, double most, int threads, const
 
 double median_of(const Grid<float>& grid) {
   std::vector<float> known;
+  known.reserve(grid.size());
   for (const float value : grid.values)
     if (!std::isnan(value)) known.push_back(value);
   if (known.empty()) return 0;

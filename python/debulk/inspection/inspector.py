@@ -410,15 +410,15 @@ class Inspector:
         with in_parallel(cycle.stop, lambda: self._placing.plateaus(heights, cycle.stop), threads) as raised:
             with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
                 found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
-            with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
+            search = in_parallel(cycle.stop, lambda: _places(found, ply, cycle.stop), threads)
+            with cycle.stage("place", _FOUND), search as others:  # the level between the pockets, and the ply's edge
                 placed, plateaus = self._placing.judge(sample, found), raised()
+                more, late = ((), False) if placed.finding else others()
         with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
-            pockets, late = found.pockets, False
+            pockets = (*found.pockets, *more)
             if placed.finding:
                 done = not_judged(pockets, "the scan is not in its place")
             else:
-                others, late = _places(found, pockets, ply, cycle.stop)
-                pockets += others
                 done = evaluate_all(pockets, ply, cycle, _FOUND)
                 if self.recipe.run.audit:
                     done = audit(pockets, done, ply, cycle)
@@ -430,9 +430,9 @@ class Inspector:
                 filled = self._filled.at(placed.edge, filled, image, self.mask)
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
-            more = (recognised, named(lying.humps, largest, self.recipe), self._approved)
+            known = (recognised, named(lying.humps, largest, self.recipe), self._approved)
             hidden = lost(standing, found, self.recipe)
-            seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *more)
+            seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *known)
             report = reporting.report(seen, cycle.timings_ms())
         return unsettled(report, seen)
 
@@ -536,13 +536,11 @@ class Inspector:
         self._running.cancel()
 
 
-def _places(
-    found: Found, pockets: tuple[FoundPocket, ...], ply: PlyOnMold, stop: _core.Stop
-) -> tuple[tuple[FoundPocket, ...], bool]:
+def _places(found: Found, ply: PlyOnMold, stop: _core.Stop) -> tuple[tuple[FoundPocket, ...], bool]:
     """Return the places that are judged besides the pockets, and whether a deadline cut off the search for them."""
     more: list[FoundPocket] = []
     try:
-        watched(stop, lambda: more.extend(places.judged(found, pockets, ply, stop)))
+        more.extend(places.judged(found, found.pockets, ply, stop))
     except _core.Stopped:
         return tuple(more), True
     return tuple(more), False
