@@ -38,7 +38,7 @@ _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the sca
 _AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
-_TURNS = np.radians(np.arange(0, 180, 22.5)).tolist()  # in which the mold is looked for to be straightest
+_TURNS = np.radians(np.arange(0, 180, 22.5))  # in which the mold is looked for to be straightest
 _NEARER = np.radians((11.0, 4.0, 1.0))  # on both sides of the best of these, and of what is better still
 
 
@@ -198,6 +198,34 @@ def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Flo
     return np.asarray(bent + level(part - bent))
 
 
+def _off_mm(parts: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats, least: float) -> Floats:
+    """Return how far the rings of maps (N, n, n) are off their `_profile`s, by the sums of the powers of u alone.
+
+    A ring with fewer cells than `least` is too far off for any hump.
+    """
+    powers = u[0] ** np.arange(5)[:, None]
+    heights = np.where(ring, parts, 0.0)
+    of_u = np.einsum("nvu,ku->knv", ring.astype(np.float64), powers)  # in each row
+    of_z = np.einsum("nvu,ku->knv", heights, powers[:3])
+    along, count = v[:, 0], np.maximum(of_u[0], 1)
+    first = np.stack([of_u[1], of_u[2], along * of_u[1], of_z[0]])  # of the terms and the heights
+    second = np.empty((4, 4, *count.shape))
+    second[:3, :3] = [
+        [of_u[2], of_u[3], along * of_u[2]],
+        [of_u[3], of_u[4], along * of_u[3]],
+        [along * of_u[2], along * of_u[3], along**2 * of_u[2]],
+    ]
+    second[3, :3] = second[:3, 3] = of_z[1], of_z[2], along * of_z[1]
+    second[3, 3] = np.einsum("nvu,nvu->nv", heights, heights)
+    normal = (second - first[:, None] * first / count).sum(axis=-1).transpose(2, 0, 1)
+    seen = of_u[0].sum(axis=1)
+    few = seen < least
+    normal[few] = np.eye(4)
+    factors = np.linalg.solve(normal[:, :3, :3], normal[:, :3, 3:])
+    squares = normal[:, 3, 3] - np.einsum("nij,nij->n", factors, normal[:, :3, 3:])
+    return np.where(few, HIGHEST_MM, np.sqrt(np.maximum(squares, 0.0) / np.maximum(seen, 1)))
+
+
 def _hump(
     coarse: Grid, top: tuple[int, int], radius_mm: float, angles_deg: tuple[float, ...], recipe: Recipe
 ) -> Hump | None:
@@ -210,23 +238,25 @@ def _hump(
     left, low = max(0, column - around), max(0, row - around)
     near = coarse.values[low : row + around + 1, left : column + around + 1]
 
-    def turned(turn: float) -> tuple[Floats, Floats, float]:
-        """Return what is below, the hump above it, and how far the ring is off, on a map turned by an angle."""
-        c, s = cells * np.cos(turn), cells * np.sin(turn)
-        part = _between(near, column - left + c * u - s * v, row - low + s * u + c * v)
-        ring = np.isfinite(part) & wanted
-        if np.count_nonzero(ring) < _SEEN * np.count_nonzero(wanted):
-            return part, part, HIGHEST_MM  # too far off for any hump
-        below = _profile(part, ring, u, v)
-        return below, part - below, float(np.sqrt(np.mean((part - below)[ring] ** 2)))
+    def turned(turns: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
+        """Return the maps turned by these angles, where their rings were seen, and how far these are off a profile."""
+        c, s = (cells * of(turns)[:, None, None] for of in (np.cos, np.sin))
+        x, y = column - left + c * u - s * v, row - low + s * u + c * v
+        parts = _between(near, x.reshape(-1, len(u)), y.reshape(-1, len(u))).reshape(x.shape)
+        ring = np.isfinite(parts) & wanted
+        return parts, ring, _off_mm(parts, ring, u, v, _SEEN * np.count_nonzero(wanted))
 
-    turn = min(_TURNS, key=lambda turn: turned(turn)[2])
+    turn = _TURNS[np.argmin(turned(_TURNS)[2])]
     for apart in _NEARER:  # where the mold is straightest: a parabola through the squares of how far the ring is off
-        less, here, more = (turned(turn + k * apart)[2] ** 2 for k in (-1, 0, 1))
+        less, here, more = turned(turn + apart * np.array([-1, 0, 1]))[2] ** 2
         bend = less + more - 2 * here
         if bend > 0:
             turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
-    below, hump, off = turned(turn)
+    part, ring, off = (of[0] for of in turned(np.array([turn])))
+    if off == HIGHEST_MM:
+        return None
+    below = _profile(part, ring, u, v)
+    hump = part - below
     height = float(np.nan_to_num(hump[reach, reach]))
     if not _LEAST_MM <= height < HIGHEST_MM or off > _SMOOTH * height:
         return None
