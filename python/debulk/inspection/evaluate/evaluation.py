@@ -9,7 +9,7 @@ from debulk import _core, ridge, solve, verdict
 from debulk.inspection.evaluate import both_ways
 from debulk.inspection.evaluate.evaluated import Evaluation, not_evaluated, seen_of
 from debulk.inspection.find.found import FoundPocket
-from debulk.inspection.holes import pocket_holes, unseen
+from debulk.inspection.holes import pocket_holes
 from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.lines.by_runs import ByRuns, by_runs, surely_held
 from debulk.inspection.minima import edge_friction, replay, ridges, starts
@@ -57,7 +57,8 @@ def _evaluate(found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _cor
     if hole is not None:
         return both_ways.judged(found, seen, hole, ply, stop, lambda piece: _with_closed_rim(piece, ply, stop))
     if not found.foot.closed:
-        return not_evaluated(seen, verdict.judge(certified=False, refused=unseen.open_rim(found)))
+        why = "its foot ends where the ply was not seen: scan again"
+        return not_evaluated(seen, verdict.judge(certified=False, refused=why))
     return _with_closed_rim(found, ply, stop)
 
 

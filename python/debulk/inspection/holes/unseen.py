@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from debulk import pocket
 from debulk.arrays import Floats
-from debulk.inspection.find.found import Found, FoundPocket
-from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
+from debulk.inspection.find.found import Found
+from debulk.inspection.find.windows import cells_round
+from debulk.inspection.holes.pocket_holes import BRIDGE_MM, listed_hole
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.hidden import hidden_mm
 from debulk.recipe import Recipe
@@ -55,13 +54,14 @@ def _of_hole(
 ) -> Finding | None:
     """Judge a hole by the ridge of what the fibres show there and what it can hide besides; None: that is harmless.
 
-    A hole that was filled in or bridged, in a pocket's foot or at it, is judged with the pocket. One that the mask
+    A hole that was filled in or bridged, in a pocket's foot or no farther from it than it is wide, is judged with the
+    pocket. One that the mask
     causes hides nothing, unless something stands at its rim: another scan would not show it either.
     """
     material = recipe.material
     if hidden and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
         return None
-    if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, _reach(hole)):
+    if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
         return None
     most_mm = excess.ridge_of(_shown_mm(hole, found) + hidden_mm(hole.thickness), recipe)
     limit_mm = recipe.verdict.max_ridge_mm
@@ -76,25 +76,7 @@ def _shown_mm(hole: pocket.UnseenHole, found: Found) -> float:
     if found.runs is None:
         return 0.0
     largest = found.runs.largest
-    begin, end = largest.cells(hole.box)
-    (i, j), (to_i, to_j) = np.maximum(begin - 1, 0), end + 2
-    return float(largest.values[j : max(to_j, 0), i : max(to_i, 0)].max(initial=0.0))
-
-
-def open_rim(found: FoundPocket) -> str:
-    """Return what a pocket's open rim borders on, in words: the nearest hole, if one is listed near it."""
-    outline = found.foot.outline_mm
-
-    def gap_mm(hole: pocket.UnseenHole) -> float:
-        away = float(pocket.distance_to_outline(outline, hole.box.mean(axis=0)[None])[0])
-        return away - _reach(hole)
-
-    listed = [pair for pair in found.holes if not pair[0].filled]
-    nearest = min(listed, key=lambda pair: gap_mm(pair[0]), default=None)
-    name = "a part of the ply that was not seen"
-    if nearest is not None and gap_mm(nearest[0]) < NEAR_MM:
-        name = _name(*nearest)
-    return f"{name} borders on it: scan again"
+    return float(largest.values[cells_round(hole.box, largest, largest.spacing_mm)].max(initial=0.0))
 
 
 def left_out(found: Found) -> tuple[LeftOut, ...]:
@@ -141,9 +123,5 @@ def _in_a_foot(place_mm: Floats, pockets: Sequence[PocketReport], reach_mm: floa
     return False
 
 
-def _reach(hole: pocket.UnseenHole) -> float:
-    return 0.5 * float(np.linalg.norm(hole.box[1] - hole.box[0]))
-
-
-def _pair(values: np.ndarray) -> tuple[float, float]:
+def _pair(values: Floats) -> tuple[float, float]:
     return float(values[0]), float(values[1])

@@ -42,10 +42,6 @@ def judged(found: Found, pockets: Sequence[FoundPocket], ply: PlyOnMold, stop: _
     counts = excess.most_mm(runs) >= excess_of_ridge(_counts_from_mm(ply.recipe), ply.recipe.material.thickness_mm)
     bridges = (runs.low_mm < runs.uncertainty_mm) & (runs.gap_mm > options.bridges_from_mm(ply.recipe))
     wanted = own & (counts | bridges)
-    for bump in found.dropped:
-        if bump.touches_unknown and own.any():  # its area is a lower bound
-            away_mm = np.linalg.norm(runs.top_mm - bump.centroid_mm, axis=1)
-            wanted[np.argmin(np.where(own, away_mm, np.inf))] = True
     number = len(pockets)
     for place in _cut_out(found, wanted, ply, stop):
         why = _why(place, runs[place.crossing[own[place.crossing]]], ply, stop)
@@ -119,9 +115,8 @@ def _why(place: FoundPocket, own: FibreRuns, ply: PlyOnMold, stop: _core.Stop) -
     counts_mm = _counts_from_mm(recipe)
     if not place.foot.closed:
         seen_mm = float(own.excess_mm[own.held].max(initial=0.0))
-        if excess.ridge_of(seen_mm, recipe) >= counts_mm:
-            return f"what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold, and its foot is open"
-        return "its foot is not known all round" if place.pocket.touches_unknown else ""
+        longer = f"what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold, and its foot is open"
+        return longer if excess.ridge_of(seen_mm, recipe) >= counts_mm else ""
     try:
         angles_at(ply.fibre_angles_deg, place.pocket.centroid_mm)
     except _core.InputError as error:
@@ -169,7 +164,7 @@ def _place_at(
         bump = again.pockets[label - 1]
         # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
         lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.length_mm(_closed(bump.outline_mm)))
-        again.pockets[label - 1] = _with_unseen(bump, found.dropped)
+        again.pockets[label - 1] = _as_seen(bump, found.dropped)
         its_feet = pocket.feet_with(lower, again, threads, stop)
         one = FoundPocket(0, again, its_feet, label - 1, found.holes, runs=found.runs)
         if one.foot.closed or again.labels.values.shape == whole.labels.values.shape:
@@ -177,15 +172,11 @@ def _place_at(
         half_mm *= 2
 
 
-def _with_unseen(one: pocket.Pocket, dropped: Sequence[Dropped]) -> pocket.Pocket:
-    """Return a place with what was not seen of the bumps in it, of which its window knows nothing."""
+def _as_seen(one: pocket.Pocket, dropped: Sequence[Dropped]) -> pocket.Pocket:
+    """Return a place with the share that was measured of the bumps in it, of which its window knows nothing."""
     low, high = one.outline_mm.min(axis=0), one.outline_mm.max(axis=0)
     within = [bump for bump in dropped if (low <= bump.centroid_mm).all() and (bump.centroid_mm <= high).all()]
-    return replace(
-        one,
-        measured_share=min([one.measured_share, *(bump.measured_share for bump in within)]),
-        touches_unknown=any(bump.touches_unknown for bump in within),
-    )
+    return replace(one, measured_share=min([one.measured_share, *(bump.measured_share for bump in within)]))
 
 
 def _closed(outline: Floats) -> Floats:
