@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
 from debulk.arrays import Floats
+from debulk.learning.likelihood import expit
 
 _ONE_SIDED_95 = 2.705543  # chi-squared with one degree of freedom, of which 90 % lie below: 5 % on each side
 _STEPS = 100
@@ -34,7 +35,7 @@ class Pod:
 
     def at(self, size_mm: ArrayLike) -> Floats:
         """Return the probability of detection of these sizes."""
-        return _expit(self.b0 + self.b1 * np.log(np.asarray(size_mm, dtype=np.float64)))
+        return expit(self.b0 + self.b1 * np.log(np.asarray(size_mm, dtype=np.float64)))
 
     def __str__(self) -> str:
         bound = f"{self.a90_95_mm:.3f} mm" if math.isfinite(self.a90_95_mm) else "not bounded"
@@ -83,11 +84,6 @@ def pod(size_mm: ArrayLike, detected: ArrayLike) -> Pod:
     return Pod(b0, b1, math.exp(-b0 / b1), math.exp(log90), bound, int(hit.sum()), len(hit))
 
 
-def _expit(z: Floats) -> Floats:
-    p: Floats = 1.0 / (1.0 + np.exp(-np.clip(z, -700, 700)))
-    return p
-
-
 def _log_likelihood(x: Floats, hit: NDArray[np.bool_], b0: float, b1: float) -> float:
     z = b0 + b1 * x
     return -float(np.logaddexp(0.0, np.where(hit, -z, z)).sum())
@@ -99,7 +95,7 @@ def _fit(x: Floats, hit: NDArray[np.bool_]) -> tuple[float, float]:
     u = np.column_stack([np.ones_like(x), x - mean])
     b, now = np.zeros(2), -len(x) * math.log(2.0)
     for _ in range(_STEPS):
-        p = _expit(u @ b)
+        p = expit(u @ b)
         step = np.linalg.solve((u * (p * (1 - p))[:, None]).T @ u + 1e-12 * np.eye(2), u.T @ (hit - p))
         for half in range(30):
             trial = b + 0.5**half * step

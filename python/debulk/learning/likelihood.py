@@ -156,7 +156,12 @@ def _scale(noise_mm: ArrayLike) -> Floats:
 
 def _crease(ridge_mm: float, noise_mm: float) -> Floats:
     """Return the probability of a crease for each limit and spread of the grid."""
-    p: Floats = 1.0 / (1.0 + np.exp(-np.clip((ridge_mm - _LIMITS_MM[:, None]) / _scale(noise_mm), -700, 700)))
+    return expit((ridge_mm - _LIMITS_MM[:, None]) / _scale(noise_mm))
+
+
+def expit(z: Floats) -> Floats:
+    """Return the logistic law's distribution."""
+    p: Floats = 1.0 / (1.0 + np.exp(-np.clip(z, -700, 700)))
     return p
 
 
