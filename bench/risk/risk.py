@@ -197,9 +197,8 @@ def table(p: Floats, true: Floats) -> list[str]:
     return out
 
 
-def referee(nets: list[Pocket]) -> list[str]:
+def referee(inner: list[Truth], nets: list[Pocket]) -> str:
     """Compare with the share of the referee's members that crease."""
-    inner = [t for t in truths() if not t.at_edge and t.share("both") is not None]
     fold = np.random.default_rng(0).permutation(len(inner)) % 10
     of = np.array([t.share("both") for t in inner])
     excess = np.array([extrapolated_excess(t) for t in inner])
@@ -213,13 +212,13 @@ def referee(nets: list[Pocket]) -> list[str]:
     worst = np.argsort((rule - of) ** 2)[-2:]
     missed = (said - of) ** 2
     low, high = drawn_again(missed, np.ones(len(of)))
-    return [
+    return (
         f"The referee's {len(inner)} pockets inside the ply, both engines: Brier {np.mean((rule - of) ** 2):.4f} by "
         f"the rule with its margin, {missed.mean():.4f} by the probability, each tenth by the others (95 % interval if "
         f"other pockets had come: {low:.3f} to {high:.3f}; {(said * (1 - said)).mean():.4f} if what is said holds); "
         f"{missed[worst].sum() / len(of):.4f} of it by {' and '.join(inner[k].name for k in worst)}, which share their "
-        "excess among folds",
-    ]
+        "excess among folds"
+    )
 
 
 def benchmark(judged: list[Pocket], laws: dict[str, Floats], gathers: dict[str, Floats]) -> str:
@@ -252,7 +251,7 @@ def main() -> None:
     rule = np.array([p.verdict for p in known])
     number = ", ".join(f"{f} {sum(p.family == f for p in known)}" for f in families)
     lines = [
-        "PROBABILITIES OF CREASING", "", *referee(judged), benchmark(judged, laws, gathers), "",
+        "PROBABILITIES OF CREASING", "", referee(inner, judged), benchmark(judged, laws, gathers), "",
         f"share of the excess in one fold, by eighths, of all: {listed(shares(inner, judged))}",
         "true ridge less the one that is read, in standard deviations, by sixteenths, of all: "
         f"{listed(residuals(known))}",
