@@ -407,23 +407,24 @@ class Inspector:
             found = watched(cycle.stop, lambda: self._find(points, cycle.stop))
         cycle.split("height map", found.times_ms)
         heights, threads = found.overview, self.recipe.run.threads
-        with in_parallel(cycle.stop, lambda: self._placing.plateaus(heights, cycle.stop), threads) as raised:
-            with cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
-                found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
-            search = in_parallel(cycle.stop, lambda: _places(found, ply, cycle.stop), threads)
-            with cycle.stage("place", _FOUND), search as others:  # the level between the pockets, and the ply's edge
+        search = in_parallel(cycle.stop, lambda: self._placing.plateaus(heights, cycle.stop), threads)
+        with search as raised, cycle.stage("fibres", _FOUND):  # by how much each is too long for the mold below
+            found = watched(cycle.stop, lambda: self._with_runs(found, ply, cycle.stop, sample.widest_mm))
+        with in_parallel(cycle.stop, lambda: _places(found, ply, cycle.stop), threads) as others:
+            with cycle.stage("place", _FOUND):  # the level between the pockets, and the ply's edge
                 placed, plateaus = self._placing.judge(sample, found), raised()
-                more, late = ((), False) if placed.finding else others()
-        with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
-            pockets = (*found.pockets, *more)
-            if placed.finding:
-                done = not_judged(pockets, "the scan is not in its place")
-            else:
-                done = evaluate_all(pockets, ply, cycle, _FOUND)
-                if self.recipe.run.audit:
-                    done = audit(pockets, done, ply, cycle)
-            reports = shared_runs.named([one.report for one in done], pockets, ply)
-            judged = Judged(pockets, done, reports, late)
+            with cycle.stage("debulk", _FOUND):  # for each pocket: lay the net, settle it, post-process, judge
+                pockets, late = found.pockets, False
+                if placed.finding:
+                    done = not_judged(pockets, "the scan is not in its place")
+                else:
+                    done = evaluate_all(pockets, ply, cycle, _FOUND)
+                    more, late = others()
+                    pockets, done = pockets + more, done + evaluate_all(more, ply, cycle, 1.0)
+                    if self.recipe.run.audit:
+                        done = audit(pockets, done, ply, cycle)
+                reports = shared_runs.named([one.report for one in done], pockets, ply)
+                judged = Judged(pockets, done, reports, late)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             image, filled, standing, recognised = searched()
             if image is not None and placed.edge is not None:
