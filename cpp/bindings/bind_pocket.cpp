@@ -181,6 +181,7 @@ void bind_pocket(py::module_ m) {
       .def_readonly("dropped", &Segmentation::dropped)
       .def_readonly("specks", &Segmentation::specks)
       .def_property_readonly("cut_height", [](const Segmentation& s) { return s.options.cut_height_mm; })
+      .def_property_readonly("blur_mm2", [](const Segmentation& s) { return s.options.blur_mm2; })
       .def_property_readonly("bridged",
                              [](const Segmentation& s) {
                                Grid<std::uint8_t> mask = s.heights.like<std::uint8_t>();

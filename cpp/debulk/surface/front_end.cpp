@@ -103,7 +103,7 @@ void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
       if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
   });
-  grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_, stop);
+  blur_ = grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_, stop);
   parallel_for(map_.heights.ny, 8, threads_, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < map_.heights.nx; ++i) {

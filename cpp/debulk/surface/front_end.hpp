@@ -51,7 +51,7 @@ class FrontEnd {
   bool fast() const { return fast_; }
   // How much gridding blurred the heights, as a variance along x and along y: a top of curvature -c along both is
   // lower by c times this.
-  double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : map_.heights.spacing * map_.heights.spacing / 6; }
+  double blur_mm2() const { return fast_ ? gridding_->blur_mm2() : blur_; }
   const Outliers& outliers() const { return outliers_; }  // without `keep`, for which see below
   const std::vector<std::uint8_t>& keep() const { return fast_ ? image_.keep() : outliers_.keep; }
   struct Times {
@@ -72,6 +72,7 @@ class FrontEnd {
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;
   std::vector<float> scan_;
+  double blur_ = 0;  // mm2, of the general way
   HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;

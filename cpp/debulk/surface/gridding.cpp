@@ -333,17 +333,19 @@ Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
                      std::numeric_limits<float>::quiet_NaN());
 }
 
-void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads, const Stop& stop) {
+double grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options, int threads, const Stop& stop) {
   options.check();
   require(std::isfinite(grid.spacing) && grid.spacing > 0, "spacing_mm", "a positive length in mm", grid.spacing);
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());
   std::fill(grid.values.begin(), grid.values.end(), std::numeric_limits<float>::quiet_NaN());
   const double pitch = options.pitch > 0 ? options.pitch : median_pitch(cloud, threads, stop);
-  if (!(pitch > 0) || grid.size() == 0) return;
+  const double interpolated = grid.spacing * grid.spacing / 6;
+  if (!(pitch > 0) || grid.size() == 0) return interpolated;
   if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads, stop);
   int times = 1;
   if (grid.spacing > 1.5 * pitch) times = 2 * static_cast<int>(std::ceil((grid.spacing / pitch - 1) / 2)) + 1;
   OrganisedGridding(cloud, grid, options.jump_ratio * pitch, std::min(times, 99), threads, stop).run();
+  return interpolated;
 }
 
 }  // namespace debulk

@@ -27,9 +27,10 @@ Grid<float> covering_grid(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
 // of opposite points. This averages the noise, and a slope leaves no bias, even if half of a square is missing.
 //
 // Unorganised clouds: a plane is fitted to the points within max(spacing, 2 pitches) with weights (1 - d²/r²)², and
-// its height is taken. The height is missing where it would be noisier than a single measured point. Throws InputError
-// and Stopped.
-void grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options = {}, int threads = 0,
-                  const Stop& stop = Stop());
+// its height is taken. The height is missing where it would be noisier than a single measured point.
+//
+// Returns how much this blurs the heights, as a variance along x and along y, mm2. Throws InputError and Stopped.
+double grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOptions& options = {}, int threads = 0,
+                    const Stop& stop = Stop());
 
 }  // namespace debulk

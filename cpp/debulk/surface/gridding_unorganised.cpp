@@ -70,7 +70,7 @@ class PlaneFit {
 
 }  // namespace
 
-void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop) {
+double grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop) {
   const double radius = std::max(grid.spacing, 2 * pitch);
   const Cells cells(cloud, grid, radius, stop);
   parallel_for(grid.ny, 8, threads, stop, [&](long begin, long end) {
@@ -98,6 +98,7 @@ void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, i
         grid.at(i, j) = static_cast<float>(fit.height());
       }
   });
+  return radius * radius / 8;  // the mean of x² over the disc with the weights (1 - d²/r²)²
 }
 
 }  // namespace debulk

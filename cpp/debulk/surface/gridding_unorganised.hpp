@@ -7,6 +7,6 @@
 namespace debulk {
 
 // The part of grid_heights (gridding.hpp) for a cloud whose points come in any order: it fits local planes.
-void grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop);
+double grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch, int threads, const Stop& stop);
 
 }  // namespace debulk

@@ -19,8 +19,8 @@ _LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and 
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
 _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
-# Blur of the heights, as a variance in squares of their spacing: by gridding (surface/image_gridding.hpp), and by a
-# median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
+# Blur of the heights, as a variance in squares of their spacing: by gridding, at least (surface/image_gridding.hpp), and by
+# a median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
 _GRIDDING, _MEDIAN = 0.25, 0.75 / 12
 PLY = (
     "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "torsion_n_mm", "in_plane_bending_n_mm",
@@ -120,15 +120,18 @@ def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:
     return options
 
 
-def fibre_lines(recipe: Recipe, draw_mm: float) -> _core.fibre.FibreOptions:
-    """Return the options that determine how the fibre lines are read, if a fold draws over so much flat ply."""
+def fibre_lines(recipe: Recipe, draw_mm: float, gridding_cells2: float = 0.0) -> _core.fibre.FibreOptions:
+    """Return the options that determine how the fibre lines are read, if a fold draws over so much flat ply.
+
+    `gridding_cells2` is the blur of the gridding, as a variance in squares of the heights' spacing.
+    """
     options = _core.fibre.FibreOptions()
     options.thickness_mm = recipe.material.thickness_mm
     options.mold_tol_mm = recipe.patch.mold_tol_mm
     options.apart_mm = min(_APART_MM, max(_NEAREST_MM, _ACROSS * math.sqrt(recipe.segmentation.area_tol_mm2)))
     options.draw_mm = draw_mm
     options.hold_mm = recipe.net.free_edge_mm
-    options.blur_cells2 = _GRIDDING + (recipe.clean.median_cells**2 - 1) * _MEDIAN
+    options.blur_cells2 = max(_GRIDDING, gridding_cells2) + (recipe.clean.median_cells**2 - 1) * _MEDIAN
     return options
 
 

@@ -106,7 +106,8 @@ class PlyFibres:
 
         If it is the whole scan, nothing is known beyond it. Otherwise the ply lies flat there.
         """
-        wanted = options.fibre_lines(self._recipe, self._draw_mm)
+        blur_cells2 = segmentation._core.blur_mm2 / segmentation.heights.spacing_mm**2
+        wanted = options.fibre_lines(self._recipe, self._draw_mm, blur_cells2)
         wanted.threads = threads
         wanted.mold_tol_mm = max(wanted.mold_tol_mm, feet.mold_tol_mm)
         field = _core.fibre.measure_excess(self._lines, segmentation._core, self._reference, whole, wanted, stop)
