@@ -3,7 +3,7 @@
 python bench/trust/bumps.py [--scenes 78]. Each scene has one pocket of `foreign.py` with a true ridge of 0.62 to 0.80
 mm: a bell, a cap, a flat top, a pyramid, a bump on a bump, or a fold 3 to 6 mm wide at half its height on a wide one.
 Points lie 0.7 to 2.7 mm apart, as an image or a list. "beyond": the true ridge lies more than 0.005 mm above the upper
-end.
+end, of a pocket or of a narrow bump that the filters take from it (`narrow_bumps`).
 """
 
 from __future__ import annotations
@@ -51,6 +51,8 @@ def main() -> None:
         report = debulk.Inspector(None, reference, part.outline, part.angles, **how).inspect(scan)
         ranges = [p.excess.range_mm for p in report.pockets if p.excess is not None]
         low_mm, high_mm = (max((r[end] for r in ranges), default=0.0) for end in (0, 1))
+        narrow = [f.measured for f in report.findings if f.check == "narrow_bumps" and f.measured is not None]
+        high_mm = max([high_mm, *narrow])
         beyond[kind] += true_mm - high_mm > 0.005
         said = f"{kind:8} {apart_mm} mm, true {true_mm:.3f}, range {low_mm:.3f} to {high_mm:.3f}"
         print(f"{k:3} {said}, beyond by {true_mm - high_mm:+.3f}: {report.verdict.name}", flush=True)

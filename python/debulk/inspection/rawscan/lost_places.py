@@ -28,7 +28,7 @@ from debulk.verdict import Verdict
 class Limits:
     """Of narrow places that the height map has lost; `bench/trust/riders.py` has 60 of them."""
 
-    upper_share: float = 0.75  # of its samples: by what the map lies below so many of them or less, it is lowered
+    upper_share: float = 0.65  # of its upper half: by what the map lies below so many samples or less, it is lowered
     lowered_mm: float = 0.1  # at least: the noise of the samples
     seen_share: float = 0.75  # of the excess of such a place: pixels miss its top and its foot
     across_samples: float = 3.0  # 36 of 36 wrinkles so wide were found, and 7 of 12 of 2 samples and 8 mm high
@@ -90,12 +90,12 @@ def lost(standing: Standing, found: Found, recipe: Recipe) -> tuple[Lost, ...]:
 
 
 def _lowered_mm(place: Narrow, found: Found) -> float:
-    """Return by how much the height map, which may show nothing of the ply, lies below a place."""
-    kept = np.full(len(place.samples_mm), -np.inf)
+    """Return by how much the height map, which may show nothing of the ply, lies below a place's upper half."""
+    upper_mm = place.samples_mm[: place.upper]
+    kept = np.full(len(upper_mm), -np.inf)
     if found.part is not None:
-        kept = np.fmax(kept, _between(found.part[0].heights, place.samples_mm[:, :2]))
-    by_mm = np.sort(place.samples_mm[:, 2] - kept)
-    lowered_mm = float(by_mm[int(LIMITS.upper_share * len(by_mm))])
+        kept = np.fmax(kept, _between(found.part[0].heights, upper_mm[:, :2]))
+    lowered_mm = float(np.quantile(upper_mm[:, 2] - kept, LIMITS.upper_share))
     return lowered_mm if lowered_mm > LIMITS.lowered_mm else 0.0
 
 

@@ -75,7 +75,9 @@ class Narrow:
     length_mm: float
     """`width_mm`, `length_mm`: at half its height."""
     samples_mm: Floats
-    """(N, 3) its samples: mold XY, and heights above the reference."""
+    """(N, 3) its samples, those first that stand out most: mold XY, and heights above the reference."""
+    upper: int
+    """How many of them stand out by more than half its height."""
 
     @property
     def is_wrinkle(self) -> bool:
@@ -296,7 +298,8 @@ def _measured(
         height_mm=height_mm,
         width_mm=width_mm,
         length_mm=length_mm,
-        samples_mm=np.column_stack([points[own][:, :2], height[own]]).astype(np.float64),
+        samples_mm=np.column_stack([points.reshape(-1, 3)[highest, :2], height.flat[highest]]).astype(np.float64),
+        upper=count,
     )
 
 
