@@ -19,8 +19,8 @@ _LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and 
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
 _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
-# Blur of the heights, as a variance in squares of their spacing: by gridding, at least (surface/image_gridding.hpp), and by
-# a median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
+# Blur of the heights, as a variance in squares of their spacing: by gridding (surface/image_gridding.hpp) at least, and
+# by a median of m cells, three quarters of what a mean of m cells has, by its effect on a round crest.
 _GRIDDING, _MEDIAN = 0.25, 0.75 / 12
 PLY = (
     "thickness_mm", "young_mpa", "shear_mpa", "density_kg_m3", "friction", "torsion_n_mm", "in_plane_bending_n_mm",

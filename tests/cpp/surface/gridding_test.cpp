@@ -62,6 +62,17 @@ TEST(Gridding, AveragesNoiseOnACoarseGridWithoutSlopeBias) {
   }
 }
 
+TEST(Gridding, SaysHowMuchItBlurs) {
+  const double curvature = 1.0 / 400;
+  const Height top = [&](double x, double y) { return -curvature * (x * x + y * y) / 2; };
+  const Scan cloud = scan(top, 240, 240, 0.5, 0, 1);
+  for (const double spacing : {0.5, 1.0, 2.0}) {
+    Grid<float> grid = inner(40, spacing);
+    const double blur = grid_heights(cloud.flat(), grid);
+    EXPECT_NEAR(errors(grid, top).mean, -curvature * blur, 0.1 * curvature * blur) << spacing;
+  }
+}
+
 TEST(Gridding, LeavesNoSlopeBiasBesideMissingHalves) {
   Scan cloud = scan(plane, 400, 300, 0.3, 0, 3);
   for (int j = 0; j < 300; ++j)
