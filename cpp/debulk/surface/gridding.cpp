@@ -339,13 +339,12 @@ double grid_heights(const CloudView& cloud, Grid<float>& grid, const GriddingOpt
   require(grid.origin.allFinite(), "origin_mm", "two finite coordinates in mm", grid.origin.transpose());
   std::fill(grid.values.begin(), grid.values.end(), std::numeric_limits<float>::quiet_NaN());
   const double pitch = options.pitch > 0 ? options.pitch : median_pitch(cloud, threads, stop);
-  const double interpolated = grid.spacing * grid.spacing / 6;
-  if (!(pitch > 0) || grid.size() == 0) return interpolated;
+  if (!(pitch > 0) || grid.size() == 0) return 0;
   if (!cloud.organised()) return grid_unorganised(cloud, grid, pitch, threads, stop);
   int times = 1;
   if (grid.spacing > 1.5 * pitch) times = 2 * static_cast<int>(std::ceil((grid.spacing / pitch - 1) / 2)) + 1;
   OrganisedGridding(cloud, grid, options.jump_ratio * pitch, std::min(times, 99), threads, stop).run();
-  return interpolated;
+  return grid.spacing * grid.spacing / 6;  // interpolated between points
 }
 
 }  // namespace debulk
