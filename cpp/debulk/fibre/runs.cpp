@@ -9,6 +9,8 @@ namespace {
 // mm, standard deviation of an excess that is read from heights without noise: of the steps along a line, and of their
 // grid (tests/cpp/fibre, bench/open/margins.txt).
 constexpr double kReading = 0.006;
+// d^2 / w, see below: of a bump that is narrower yet, a line at that distance shows next to nothing.
+constexpr double kFarthest = 2.0;
 
 // One span with the noise's share taken out.
 struct Measured {
@@ -30,7 +32,7 @@ Measured measured(const FibreSpan& span, const FlatNoise& noise, const ScaleBlur
   // The crest of a round bump of the variance w may lie where no line is read, at d from the nearest. There its slopes
   // are lower by exp(-d^2 / 2w), and the excess by the square of that; the middle tells w (filter_loss.hpp).
   const double of_width = blurs.fine > 0 ? (std::pow(out.excess.mid / fine, 1 / kRound) - 1) / blurs.fine : 0.0;
-  out.excess.high *= std::exp(span.aside * span.aside * of_width);
+  out.excess.high *= std::exp(std::min(span.aside * span.aside * of_width, kFarthest));
   return out;
 }
 

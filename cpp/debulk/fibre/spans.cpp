@@ -68,7 +68,9 @@ void LineReader::find_spans() {
       if (fine(k) > fine(top)) top = k;
     FibreSpan span;
     span.first = begin_ + first, span.last = begin_ + k - 1, span.top = begin_ + top;
-    span.gap = fine(top), span.aside = aside(span.top);
+    span.gap = fine(top), span.aside = options_.apart / 2;
+    const bool whole = first > 0 && k < count() && is(first - 1, kRaised) && is(k, kRaised);
+    if (whole) span.aside = std::max(span.aside, to_edge(span.top));
     out_.spans.push_back(span);
   }
 }
@@ -79,11 +81,11 @@ void LineReader::find_gaps() {
     if (is(k - begin_, kUnknown) && tiles_.on_ply(line_->at(k))) out_.gaps.push_back({k, k + 1});
 }
 
-// Half way to the next line on either side, or all the way to the ply's edge where no line is read before it.
-double LineReader::aside(int at) const {
+// The way across the line to the ply's edge, if no other line is read before it; 0 otherwise.
+double LineReader::to_edge(int at) const {
   const Eigen::Vector2d here = line_->at(at), way = line_->at(std::min(at + 1, line_->count - 1)) - line_->at(std::max(at - 1, 0));
   const Eigen::Vector2d left = Eigen::Vector2d(-way.y(), way.x()).normalized();
-  double out = options_.apart / 2;
+  double out = 0;
   for (const double side : {-1.0, 1.0}) {
     if (tiles_.on_ply(here + side * options_.apart * left)) continue;
     double to = 0;

@@ -15,7 +15,7 @@ struct FibreSpan {
   int first = 0, last = 0;          // points of the line, the first and the last off the mold
   int top = 0;                      // the point with the largest gap
   double gap = 0.0;                 // mm, that gap, by the finer mean
-  double aside = 0.0;               // mm from that point across the line within which no other line may be read
+  double aside = 0.0;               // mm from that point across the line, within which the crest may lie unread
   std::array<double, 2> tails{};    // mm, lengths of the tails
   double fine = 0.0, coarse = 0.0;  // mm, excess by either mean, with the noise's share in it
   double length = 0.0;              // mm, of what is summed, tails included
@@ -58,7 +58,7 @@ class LineReader {
   void read(const RaisedStretch& stretch);
   void find_spans();
   void find_gaps();
-  double aside(int at) const;
+  double to_edge(int at) const;
   int tail(int at, int side, int limit) const;
   void measure(FibreSpan& span, int before, int after);
   void read_noise(std::size_t from);
