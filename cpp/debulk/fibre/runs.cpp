@@ -73,7 +73,8 @@ void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& 
     for (std::size_t n = m; n < spans.size(); ++n) {
       if (n > m) {
         if (parted_by(gaps, spans[n - 1].last, spans[n].first)) break;
-        const double apart = (spans[n].first - spans[n - 1].last) * line.step - spans[n - 1].tails[1] - spans[n].tails[0];
+        const int between = spans[n].first - spans[n].unread[0] - spans[n - 1].last - spans[n - 1].unread[1];
+        const double apart = between * line.step - spans[n - 1].tails[1] - spans[n].tails[0];
         if (apart > 0) run.flat += apart, together = 0.0;
         if (run.flat > options.draw) break;
       }
@@ -93,7 +94,8 @@ void join_spans(const FibreLine& line, int index, const std::vector<FibreSpan>& 
       run.length = (spans[n].last - spans[m].first) * line.step;
       run.uncertainty = 2 * std::sqrt(variance + kReading * kReading);
       for (const int side : {0, 1}) {
-        const Held held = held_beyond(line, side == 0 ? spans[m].first : spans[n].last, side == 0 ? -1 : 1, gaps, options);
+        const int end = side == 0 ? spans[m].first - spans[m].unread[0] : spans[n].last + spans[n].unread[1];
+        const Held held = held_beyond(line, end, side == 0 ? -1 : 1, gaps, options);
         run.ends[static_cast<std::size_t>(side)] = held.end, run.beyond[static_cast<std::size_t>(side)] = held.beyond;
       }
       out.push_back(run);

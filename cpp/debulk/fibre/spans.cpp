@@ -63,22 +63,29 @@ void LineReader::find_spans() {
   for (int k = 0; k < count(); ++k) {
     if (!is(k, kOff)) continue;
     const int first = k;
-    int top = k;
-    for (; k < count() && is(k, kOff); ++k)
+    int top = k, last = k;
+    for (; k < count() && (is(k, kOff) || at_edge(k)); ++k) {
+      if (is(k, kOff)) last = k;
       if (fine(k) > fine(top)) top = k;
+    }
     FibreSpan span;
-    span.first = begin_ + first, span.last = begin_ + k - 1, span.top = begin_ + top;
+    span.first = begin_ + first, span.last = begin_ + last, span.top = begin_ + top, span.unread[1] = k - 1 - last;
     span.gap = fine(top), span.aside = options_.apart / 2;
-    const bool whole = first > 0 && k < count() && is(first - 1, kRaised) && is(k, kRaised);
+    while (at_edge(first - 1 - span.unread[0])) ++span.unread[0];
+    const bool whole = first > 0 && is(first - 1, kRaised) && k < count() && is(last + 1, kRaised);
     if (whole) span.aside = std::max(span.aside, to_edge(span.top));
     out_.spans.push_back(span);
   }
 }
 
 void LineReader::find_gaps() {
-  // Beside the ply's edge nothing is read, but the ply goes on there as it came.
-  for (int k = begin_; k < begin_ + count(); ++k)
-    if (is(k - begin_, kUnknown) && tiles_.on_ply(line_->at(k))) out_.gaps.push_back({k, k + 1});
+  for (int k = 0; k < count(); ++k)
+    if (is(k, kUnknown) && !at_edge(k)) out_.gaps.push_back({begin_ + k, begin_ + k + 1});
+}
+
+// Whether a point is not read because it lies along the ply's edge.
+bool LineReader::at_edge(int k) const {
+  return k >= 0 && k < count() && is(k, kUnknown) && !tiles_.on_ply(line_->at(begin_ + k));
 }
 
 // The way across the line to the ply's edge, if no other line is read before it; 0 otherwise.
@@ -113,6 +120,7 @@ void LineReader::measure(FibreSpan& span, int before, int after) {
   span.tails = {(first - from) * step_, (to - last) * step_};
   span.length = (to - from) * step_;
   for (int k = from; k < to; ++k) {
+    if (std::isnan(by_fine_[static_cast<std::size_t>(k)])) continue;
     span.fine += by_fine_[static_cast<std::size_t>(k)], span.coarse += by_coarse_[static_cast<std::size_t>(k)];
     // As the line turns about its middle, the slope along it takes in the slope across.
     const PointGaps &here = points_[k], &next = points_[k + 1];

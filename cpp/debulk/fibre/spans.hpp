@@ -9,13 +9,15 @@
 
 namespace debulk {
 
-// A stretch of a line off the mold. Its excess is e(s) = sqrt(1 + (m' + g')^2) - sqrt(1 + m'^2), summed over the
-// stretch and over its tails, on which the ply comes down from the mold tolerance to the mold.
+// A stretch of a line off the mold; along the ply's edge, where nothing is read, the ply goes on as it came. Its excess is e(s) = sqrt(1 +
+// (m' + g')^2) - sqrt(1 + m'^2), summed over the stretch and over its tails, on which the ply comes down from the mold tolerance to the
+// mold.
 struct FibreSpan {
   int first = 0, last = 0;          // points of the line, the first and the last off the mold
   int top = 0;                      // the point with the largest gap
   double gap = 0.0;                 // mm, that gap, by the finer mean
   double aside = 0.0;               // mm from that point across the line, within which the crest may lie unread
+  std::array<int, 2> unread{};      // points beyond them along the ply's edge
   std::array<double, 2> tails{};    // mm, lengths of the tails
   double fine = 0.0, coarse = 0.0;  // mm, excess by either mean, with the noise's share in it
   double length = 0.0;              // mm, of what is summed, tails included
@@ -58,6 +60,7 @@ class LineReader {
   void read(const RaisedStretch& stretch);
   void find_spans();
   void find_gaps();
+  bool at_edge(int k) const;
   double to_edge(int at) const;
   int tail(int at, int side, int limit) const;
   void measure(FibreSpan& span, int before, int after);

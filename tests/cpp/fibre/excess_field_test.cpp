@@ -222,6 +222,12 @@ TEST(ExcessField, SaysWhatHoldsItsEnds) {
   for (const FibreRun& one : field.runs)
     if (one.family == 0 && std::abs(one.from.y()) < 2) unknown = unknown || one.ends[1] == FibreEnd::unknown;
   EXPECT_TRUE(unknown);
+  // A line that leaves the ply at a grazing angle stands off along the edge: that ply does not hold it.
+  const Grid<float> along = heights_of(bell(147, 0, 60, 5));
+  int grazing = 0;
+  for (const FibreRun& one : field_of(along, Plane(), sharp(), 87).runs)
+    if (one.family == 0 && one.gap > 4 && one.from.x() > 144) grazing += one.ends[0] == FibreEnd::free || one.ends[1] == FibreEnd::free;
+  EXPECT_GE(grazing, 2);
 }
 
 TEST(ExcessField, TakesNothingFromHeightsThatArePartlyTheMolds) {
