@@ -224,7 +224,7 @@ def _inspector(layup: scenes.Layup) -> debulk.Inspector:
 def _signature(inspector: debulk.Inspector, scan: Cloud) -> Signature:
     measuring = Recogniser(inspector._filled, None, _NOTHING)
     placing = inspector._placing
-    _, sample = placing.look(scan, debulk._core.Stop())
+    sample = placing.look(scan, debulk._core.Stop())
     figures = {one.name: one.measured for one in measuring.look(scan, sample).report.figures}
     return Signature(**{one.name: figures.get(one.name, math.nan) for one in FIGURES})
 

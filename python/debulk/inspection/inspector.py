@@ -48,10 +48,11 @@ from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, pre
 from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.settling import unsettled
-from debulk.inspection.tracing import Given, Tracing, checked_context, now_utc
+from debulk.inspection.tracing import Given, checked_context, now_utc, tracing
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.approval import approvals
+from debulk.results.trace import Trace
 from debulk.stopping import Running
 
 if TYPE_CHECKING:
@@ -72,7 +73,8 @@ class _Lying:
 
     ply: PlyOnMold
     humps: tuple[Hump, ...]
-    tracing: Tracing
+    trace: Callable[..., Trace]
+    """Makes the record of one inspection of it."""
 
 
 class Inspector:
@@ -211,7 +213,7 @@ class Inspector:
             self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
             preparation.step("fibres", 0.93, self.ply.prepare)
             self._finder = preparation.step("front end", 0.94, lambda: WholeScanFinder(self.setup))
-            self._lying = _Lying(self.ply, preparation.step("humps", 0.98, found), Tracing(self._given))
+            self._lying = _Lying(self.ply, preparation.step("humps", 0.98, found), tracing(self._given))
         self._finding = Guard()  # the finder reuses its buffers, so it takes one scan at a time
         self._running = Running()
 
@@ -345,7 +347,8 @@ class Inspector:
             seconds = None if deadline_s is None else float(deadline_s)
             warnings = (*self.prepared.place.warnings(scan), *report.warnings)
             later = report.later
-            report = replace(report, trace=lying.tracing.trace(began, scanned(), kept, seconds), warnings=warnings)
+            trace = lying.trace(time_utc=began, scan=scanned(), context=kept, deadline_s=seconds)
+            report = replace(report, trace=trace, warnings=warnings)
         report = report.settled_by(later)
         return report if self.history is None else self.history.keep(report)
 
@@ -357,7 +360,7 @@ class Inspector:
         nominal = nominal_on(meant, measured)
         ply = PlyOnMold.of(self.reference, self.ply_outline, measured, nominal, self.recipe)
         given = replace(self._given, fibre_angles_deg=measured, nominal_angles_deg=nominal)
-        return _Lying(ply, humps_of(self.prepared.seen, ply), Tracing(given))
+        return _Lying(ply, humps_of(self.prepared.seen, ply), tracing(given))
 
     def _near(self, scan: Any, stop: _core.Stop) -> Any:
         """Return the scan as an array near the origin; as it came if the stop is raised, which the next step heeds."""
@@ -369,29 +372,26 @@ class Inspector:
     def _inspect(self, scan: ArrayLike, lying: _Lying, cycle: Cycle) -> Report:
         """Run the steps of an inspection, one after the other."""
         with cycle.stage("level", 0.0):  # do scan and reference belong together?
-            given = as_points(scan, "scan", cycle.stop)
-            points, sample = self._placing.look(given, cycle.stop)
+            points = as_points(scan, "scan", cycle.stop)
+            sample = self._placing.look(points, cycle.stop)
             placed = self._placing.gross(sample)
             if placed is None and self._below is not None and (wrong := self._below.finding(sample)):
                 placed = Placed(None, wrong)
         if placed is not None:
             return reporting.out_of_place(placed, sample.overview(), lying.ply, cycle.timings_ms())
         with in_parallel(
-            cycle.stop, lambda: self._search_raw(given, points, sample, cycle.stop), self.recipe.run.threads
+            cycle.stop, lambda: self._search_raw(points, sample, cycle.stop), self.recipe.run.threads
         ) as searched:
             return self._judge(points, sample, searched, lying, cycle)
 
     def _search_raw(
-        self, given: NDArray[np.float32], points: NDArray[np.float32], sample: Sample, stop: _core.Stop
+        self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop
     ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
-        """Look in the raw scan's image for filled-in patches, what the filters would hide, and the chain's signature.
-
-        `given` are the points before an offset was removed, which the export may have rounded.
-        """
+        """Look in the raw image for filled-in patches, what filters would hide, and the chain's signature."""
         image = self._filled.image_of(points, sample)
         filled = self._filled.find(image, self.mask, stop)
         standing = self._narrow.find(image, self.mask, stop)
-        return image, filled, standing, None if self._recogniser is None else self._recogniser.look(given, sample)
+        return image, filled, standing, None if self._recogniser is None else self._recogniser.look(points, sample)
 
     def _judge(
         self,
@@ -512,7 +512,7 @@ class Inspector:
                 points = hide(points, self.mask, "debulked_scan", stop)
                 pressed = consolidated(replace(self.setup, prepared=self.prepared))
                 placing = placing_of(report, pressed)
-                _, sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
+                sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 few = thinned(points).points
                 points, image = cleaned(points, self._pose, self.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
@@ -526,9 +526,7 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        comparison = compared(
-            report.settle(), heights, self.recipe, self._lying.tracing.trace(began, scanned, {}, None)
-        )
+        comparison = compared(report.settle(), heights, self.recipe, self._lying.trace(time_utc=began, scan=scanned))
         comparison = comparison if self.history is None else self.history.keep_comparison(comparison, report)
         return comparison, Cleaned(points, image, few, scanned, place.of_another(debulked_scan))
 

@@ -6,7 +6,7 @@ import functools
 import math
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
@@ -22,7 +22,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
-from debulk.results.trace import ArrayTrace, Trace
+from debulk.results.trace import Trace
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,29 +39,22 @@ class Given:
     mask: NDArray[np.bool_] | None
 
 
-class Tracing:
-    """The part of the record that all inspections of one inspector have in common."""
-
-    def __init__(self, given: Given) -> None:
-        angles, camera, image = given.fibre_angles_deg, given.camera, given.reference.image
-        self._common: dict[str, Any] = {
-            "reference": given.reference.cloud,
-            "fibre_angles_deg": None if isinstance(angles, Grid) else angles,
-            "fibre_angles_map": angles if isinstance(angles, Grid) else None,
-            "nominal_angles_map": given.nominal_angles_deg,
-            "mold_from_scanner": given.mold_from_scanner,
-            "camera": camera,
-            "fitted_camera": None if image is None else np.array(image.camera),
-            "mask": None if given.mask is None else fingerprint.of_mask(given.mask),
-            "versions": _versions(),
-            "host": _host() | {"threads used": str(given.recipe.run.threads or _core.default_threads())},
-        }
-
-    def trace(
-        self, began_utc: str, scan: ArrayTrace | None, context: dict[str, Any], deadline_s: float | None
-    ) -> Trace:
-        """Return the record of one inspection."""
-        return Trace(time_utc=began_utc, scan=scan, context=context, deadline_s=deadline_s, **self._common)
+def tracing(given: Given) -> Callable[..., Trace]:
+    """Return what makes the record of one inspection from its own part, by the names that `Trace` has."""
+    angles, image = given.fibre_angles_deg, given.reference.image
+    return functools.partial(
+        Trace,
+        reference=given.reference.cloud,
+        fibre_angles_deg=None if isinstance(angles, Grid) else angles,
+        fibre_angles_map=angles if isinstance(angles, Grid) else None,
+        nominal_angles_map=given.nominal_angles_deg,
+        mold_from_scanner=given.mold_from_scanner,
+        camera=given.camera,
+        fitted_camera=None if image is None else np.array(image.camera),
+        mask=None if given.mask is None else fingerprint.of_mask(given.mask),
+        versions=_versions(),
+        host=_host() | {"threads used": str(given.recipe.run.threads or _core.default_threads())},
+    )
 
 
 def now_utc() -> str:

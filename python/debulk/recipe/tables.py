@@ -150,9 +150,7 @@ class Level(Section):
         description="share of the outline along which the scan may show the ply's edge elsewhere; it may never be 20 "
         "mm away along 120 mm",
     )
-    remove_offset_mm: UpTo10 = Field(
-        default=0.0, description="a rigid offset of the scan's height up to this is removed, and reported"
-    )
+    RETIRED = ("remove_offset_mm",)
 
 
 class Patch(Section):

@@ -32,7 +32,7 @@ class Level:
     judged_share: float
     """Share of the ply's area in these squares."""
     removed_offset_mm: float = 0.0
-    """Offset that was subtracted from the scan's height before the inspection, as the recipe allows; 0 means none."""
+    """Offset that was subtracted from the scan's height, as recipes before 0.8 allowed; else 0."""
     loose_share: float = 0.0
     """Share of `high_share` that is a loose border of the ply, or lies round bumps below the tolerances, if the level
     was accepted in spite of it."""

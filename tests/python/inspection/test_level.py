@@ -120,29 +120,8 @@ def test_the_figures_of_a_good_scan_stand_in_the_report_and_come_back_from_its_f
     assert level.tilt_deg < 0.005
     assert level.bow_mm < 0.06
     assert level.blocks >= 24
-    assert level.removed_offset_mm == 0
-    assert not any("taken out" in warning for warning in report.warnings)
     report.save(tmp_path / "report.json")
     assert Report.load(tmp_path / "report.json").level == level
-
-
-@BOTH
-def test_an_offset_is_taken_out_only_where_the_recipe_allows_it_and_then_shown(family):
-    scan = in_mold(family, shift(z=0.3))
-    kept = inspector(family).inspect(given(family).scan)
-    limited = Recipe(level={"remove_offset_mm": 0.2})
-    g = given(family)
-    again = Inspector(limited, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
-    assert again.inspect(scan).verdict is Verdict.INVALID
-    allowed = Recipe(level={"remove_offset_mm": 0.5})
-    again = Inspector(allowed, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
-    report = again.inspect(scan)
-    assert report.level.removed_offset_mm == pytest.approx(0.3, abs=0.02)
-    assert any("taken out" in warning for warning in report.warnings)
-    assert len(report.pockets) == len(kept.pockets)
-    for one, other in zip(report.pockets, kept.pockets, strict=True):
-        assert one.area_mm2 == pytest.approx(other.area_mm2, rel=0.05)
-        assert one.peak_mm == pytest.approx(other.peak_mm, abs=0.1)
 
 
 @BOTH

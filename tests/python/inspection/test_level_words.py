@@ -25,11 +25,11 @@ def squares(height_mm, noise_mm=0.005, xy=XY):
     return Blocks(xy, height_mm + noise + np.zeros(count), np.full(count, noise_mm), 20.0, 0.9)
 
 
-def judged(height_mm, noise_mm=0.005, recipe=None, removed_mm=0.0, **shares):
+def judged(height_mm, noise_mm=0.005, recipe=None, **shares):
     recipe = recipe or Recipe()
     blocks = squares(height_mm, noise_mm)
     found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
-    figures = level.level_of(found, blocks, THICKNESS_MM, recipe.level.tol_mm, removed_mm)
+    figures = level.level_of(found, blocks, THICKNESS_MM, recipe.level.tol_mm)
     said = level_reason(figures, found, recipe, **shares)
     if said is None:
         return "", figures, found
@@ -38,13 +38,13 @@ def judged(height_mm, noise_mm=0.005, recipe=None, removed_mm=0.0, **shares):
 
 
 def test_a_ply_that_lies_right_has_no_reason():
-    said, figures, _ = judged(THICKNESS_MM, removed_mm=0.07)
+    said, figures, _ = judged(THICKNESS_MM)
     assert said == ""
     assert figures.laid_mm == pytest.approx(0.3, abs=0.001)
     assert figures.uncertainty_mm == pytest.approx(1.2533 * 0.005 / np.sqrt(len(XY)), rel=0.1)
     assert (figures.low_share, figures.high_share) == (0.0, 0.0)
     assert (figures.blocks, figures.block_mm, figures.judged_share) == (len(XY), 20.0, 0.9)
-    assert (figures.thickness_mm, figures.removed_offset_mm, figures.loose_share) == (0.3, 0.07, 0.0)
+    assert (figures.thickness_mm, figures.loose_share) == (0.3, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_a_fit_explains_what_is_larger_than_its_share_of_the_tolerance(height_mm
 def test_a_bend_that_is_lost_in_the_noise_of_single_squares_is_no_tilt():
     blocks = replace(squares(0.30 + 0.6 * (U**2 - 0.25)), error_mm=np.full(len(XY), 0.5))
     found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
-    assert "is bent by" in level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe()).text
+    assert "is bent by" in level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
 
 
 def test_the_limits_within_which_no_ply_is_seen():
@@ -219,12 +219,12 @@ def test_the_fit_says_where_the_plane_lies_how_it_slopes_and_how_far_it_bows():
     assert found.slope == pytest.approx([0.2 / 300, -0.1 / 240], rel=1e-3)
     assert found.bow_mm == pytest.approx(0, abs=1e-3)
     blocks = squares(0.3 + 0.2 * U - 0.1 * V, 1e-6)
-    figures = level.level_of(found, blocks, 0.3, 0.2, 0.0)
+    figures = level.level_of(found, blocks, 0.3, 0.2)
     assert figures.tilt_deg == pytest.approx(np.degrees(np.hypot(0.2 / 300, 0.1 / 240)), rel=1e-3)
     assert figures.tilt_axis_deg == pytest.approx((np.degrees(np.arctan2(-0.1 / 240, 0.2 / 300)) + 90) % 180, abs=0.1)
     assert figures.offset_mm == found.middle_mm
     falling = level.deviation(squares(0.3 - 0.2 * U + 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
-    assert level.level_of(falling, blocks, 0.3, 0.2, 0.0).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
+    assert level.level_of(falling, blocks, 0.3, 0.2).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
     bowed = level.deviation(squares(0.3 + 0.5 * U**2 + 0.5 * V**2, 1e-6), THICKNESS_MM, THICKNESS_MM)
     assert bowed.bow_mm == pytest.approx(0.5 * (U**2 + V**2).max() - 0.5 * (U**2 + V**2).min(), rel=1e-3)
 
@@ -303,7 +303,7 @@ def test_the_worst_square_is_the_one_that_is_surely_off(error_mm, surely):
     height = blocks.height_mm.copy()
     height[7] = 0.3 + 0.9
     found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
-    said = level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe()).text
+    said = level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
     assert "worst by" in said and ("worst by +0.90" in said) == surely
 
 
@@ -318,5 +318,5 @@ def test_what_stands_off_widely_is_shown_where_it_is_surely_highest():
     error[U < 0], error[highest] = 0.3, 0.1
     height[highest] += 0.25
     found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
-    said = level_reason(level.level_of(found, blocks, 0.3, 0.1, 0.0), found, Recipe()).text
+    said = level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
     assert "or the ply stands off the mold widely, by 1.09 mm at (290, 90) mm" in said

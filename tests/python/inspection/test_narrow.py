@@ -59,7 +59,7 @@ def _scan(count=None):
 
 def _find(inspector, scan, mask=None, stop=None):
     """Return what stands narrowly in a scan."""
-    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop())[1])
+    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
     return inspector._narrow.find(image, mask, stop)
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from debulk import InputError, _core, cloud
 from debulk.inspection.clouds import cleaning, fingerprint
-from debulk.inspection.clouds.cleaning import raised
 from debulk.stopping import Running
 from debulk.workers import Workers
 
@@ -75,8 +74,6 @@ def test_a_stop_is_heeded_between_two_pieces():
             cleaning.as_points(IMAGE, "scan", Patience(looks))
         with pytest.raises(_core.Stopped):
             cleaning.owned(plain, "scan", Patience(looks))
-        with pytest.raises(_core.Stopped):
-            raised(plain, None, 1.0, along_rays=False, stop=Patience(looks))
         assert fingerprint.of_cloud(plain, Patience(looks)).sha256 is None
 
 
@@ -104,11 +101,6 @@ def test_what_is_wrong_with_a_cloud_is_said_in_the_same_words(wrong):
     with pytest.raises(InputError) as by_pieces:
         cleaning.masked(wrong, None, "scan", _core.Stop())
     assert str(by_pieces.value) == str(one_go.value)
-
-
-def test_a_scan_is_raised_by_pieces():
-    plain = IMAGE.astype(np.float32)
-    np.testing.assert_allclose(raised(plain, None, 1.5, along_rays=False), plain + np.float32([0, 0, 1.5]))
 
 
 def test_running_calls_are_stopped_and_no_other():

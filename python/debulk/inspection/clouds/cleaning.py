@@ -63,16 +63,9 @@ def is_plain(points: ArrayLike) -> TypeGuard[NDArray[Any]]:
 
 
 def masked(points: ArrayLike, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
-    """Check a cloud, and return it with NaN where the mask hides it."""
+    """Check a cloud, and return it with NaN where the mask hides it, in a copy."""
     whole = as_points(points, name, stop)
-    _check_bounds(whole, name, stop)
-    if mask is None:
-        return whole
-    check_mask(mask, whole, name)
-    out = np.empty_like(whole)
-    for rows in slices(whole, stop):
-        out[rows] = np.where(mask[rows, :, None], np.float32(np.nan), whole[rows])
-    return out
+    return hide(whole, mask, name, stop, out=None if mask is None else np.empty_like(whole))
 
 
 def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
@@ -85,22 +78,22 @@ def _check_bounds(points: Cloud, name: str, stop: _core.Stop) -> None:
     cloud.check_bounds(parts, points.size // 3, name)
 
 
-def check_mask(mask: NDArray[np.bool_] | None, points: Cloud, name: str) -> None:
-    """Refuse a mask whose shape is not that of the cloud's image."""
-    if mask is not None and points.shape[:2] != mask.shape:
-        raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
-
-
-def hide(points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop) -> Cloud:
-    """Check a cloud, set to NaN what the mask hides, in place where it may be written into, and return it."""
+def hide(
+    points: Cloud, mask: NDArray[np.bool_] | None, name: str, stop: _core.Stop, *, out: Cloud | None = None
+) -> Cloud:
+    """Check a cloud, set to NaN what the mask hides, and return it: in place where it may be written into."""
     _check_bounds(points, name, stop)
-    check_mask(mask, points, name)
     if mask is None:
         return points
-    points = points if points.flags.writeable else points.copy()
+    if points.shape[:2] != mask.shape:
+        raise InputError(f"mask: expected the shape of the {name}'s image, {points.shape[:2]}, but got {mask.shape}")
+    if out is None:
+        out = points if points.flags.writeable else np.empty_like(points)
     for rows in slices(points, stop):
-        points[rows][mask[rows]] = np.nan
-    return points
+        if out is not points:
+            out[rows] = points[rows]
+        out[rows][mask[rows]] = np.nan
+    return out
 
 
 def clean(
@@ -121,33 +114,4 @@ def clean(
     pose = np.eye(4) if mold_from_scanner is None else mold_from_scanner
     out = points if points.flags.writeable else np.empty_like(points)
     _core.cloud.move_kept(points, out, keep, pose, threads, stop)
-    return out
-
-
-def raised(
-    scan: NDArray[np.float32],
-    mold_from_scanner: NDArray[np.float64] | None,
-    offset_mm: float,
-    *,
-    along_rays: bool,
-    stop: _core.Stop | None = None,
-) -> NDArray[np.float32]:
-    """Return a copy of a scan in the scanner's frame whose points lie higher in the mold's frame, along its z.
-
-    `along_rays` keeps each point on its pixel's ray, as the points of a pinhole camera must be. It then also moves
-    sideways, by the offset times the tangent of the ray's angle to z.
-
-    >>> scan = np.array([[0.0, 300.0, 1000.0]], dtype=np.float32)
-    >>> raised(scan, np.diag([1.0, -1.0, -1.0, 1.0]), 1.0, along_rays=True).tolist()
-    [[0.0, 299.70001220703125, 999.0]]
-    """
-    up = np.array([0.0, 0.0, 1.0]) if mold_from_scanner is None else mold_from_scanner[2, :3]
-    out = np.empty_like(scan)
-    for points, moved in zip(pieces(scan, "scan", stop), pieces(out, "scan"), strict=True):
-        if not along_rays:
-            np.add(points, (offset_mm * up).astype(np.float32), out=moved)
-            continue
-        with np.errstate(invalid="ignore", divide="ignore"):
-            rise = points[..., 0] * up[0] + points[..., 1] * up[1] + points[..., 2] * up[2]
-            moved[...] = points * (1 + offset_mm / rise)[..., None]
     return out

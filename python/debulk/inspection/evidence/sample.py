@@ -32,8 +32,6 @@ class Sample:
     """Number of the scan's points that each of these stands for."""
     same: NDArray[np.bool_]
     """(N,) which of the points are in the reference cloud, bit for bit; all False if that is not known."""
-    removed_mm: float = 0.0
-    """Offset that was subtracted from the heights."""
     pitch_mm: float = np.inf
     """Side of the square that each point of the scan has for itself, where it shows the ply; inf: not known."""
     widest_mm: float = np.inf
@@ -42,13 +40,6 @@ class Sample:
     """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
     inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
     """Results of `PlyZones.inside`, by the zones, kept because several checks ask for them."""
-
-    def lowered(self, offset_mm: float) -> Sample:
-        """Return the same points, lower by this offset."""
-        down = self.points_mm - np.array([0.0, 0.0, offset_mm])
-        return replace(
-            self, points_mm=down, height_mm=self.height_mm - offset_mm, removed_mm=offset_mm, inside=WeakKeyDictionary()
-        )
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

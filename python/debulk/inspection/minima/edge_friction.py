@@ -64,8 +64,16 @@ def at_both_ends(
     if_held = laid.judge(held.solution, held.best, held.every, bridge=bridge, deadline_passed=late)
     known = held.solution.certified
     counted = slipping.and_of(held) if known else slipping
+    if if_held.verdict is Verdict.CEASE:
+        together = laid.judge(slipping.solution, slipping.best, counted.every, bridge=bridge)
+    elif late:
+        together = Judgement(Verdict.UNDECIDED, if_held.reason, if_held.decided_by)
+    else:
+        both = f"{if_held.reason} if its rim is held, {judged.reason} if it slips"
+        reason = f"friction at the ply's edge decides: {both}; {_REMEDY}"
+        together = Judgement(Verdict.UNDECIDED, reason, if_held.decided_by, _REMEDY)
     return BothEnds(
-        _together(laid, slipping, counted, judged, if_held, bridge, late),
+        together,
         counted,
         held if known and if_held.verdict is not Verdict.CEASE else slipping,
         EdgeFriction(
@@ -75,25 +83,6 @@ def at_both_ends(
         ),
         late="the minima with a held rim" if late else "",
     )
-
-
-def _together(
-    laid: LaidPocket,
-    slipping: starts.Settled,
-    counted: starts.Settled,
-    if_slipping: Judgement,
-    if_held: Judgement,
-    bridge: Bridge | None,
-    late: bool,
-) -> Judgement:
-    """Judge a pocket that is CEASE with a slipping rim."""
-    if if_held.verdict is Verdict.CEASE:
-        return laid.judge(slipping.solution, slipping.best, counted.every, bridge=bridge)
-    if late:
-        return Judgement(Verdict.UNDECIDED, if_held.reason, if_held.decided_by)
-    both = f"{if_held.reason} if its rim is held, {if_slipping.reason} if it slips"
-    reason = f"friction at the ply's edge decides: {both}; {_REMEDY}"
-    return Judgement(Verdict.UNDECIDED, reason, if_held.decided_by, _REMEDY)
 
 
 def _end(settled: starts.Settled, judged: Judgement) -> EdgeEnd:

@@ -23,7 +23,6 @@ class Limits:
 
     least_squares: int = 6  # as many as a paraboloid has coefficients
     least_mm: float = 0.005  # smaller deviations count as none
-    worth_share: float = 0.5  # of the tolerance: a smaller offset is not removed
     ply_share: float = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
     same_share: float = 0.5  # of the points on the ply: if more are the reference's, bit for bit, it is the reference
     bare_share: float = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
@@ -111,7 +110,7 @@ def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation
     )
 
 
-def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float, removed_mm: float) -> Level:
+def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float) -> Level:
     """Convert the figures into the form of the report."""
     residual = found.residual_mm
     median = float(np.median(residual))
@@ -131,7 +130,6 @@ def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: floa
         blocks=len(residual),
         block_mm=blocks.side_mm,
         judged_share=blocks.ply_share,
-        removed_offset_mm=removed_mm,
     )
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds.cleaning import raised
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason, width_of
 from debulk.inspection.evidence.outline import Outline, edge_seen
@@ -46,20 +45,12 @@ class Placed:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings for the reader of the report."""
-        out: list[str] = []
-        if self.level is None:
+        if self.level is None or not (loose := self.level.loose_share):
             return ()
-        if removed := self.level.removed_offset_mm:
-            out.append(
-                f"the scan lay {abs(removed):.3f} mm too {'high' if removed > 0 else 'low'}; that was estimated "
-                "between the pockets and taken out (level.remove_offset_mm)"
-            )
-        if loose := self.level.loose_share:
-            out.append(
-                f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets does not lie on the "
-                "mold; what stands up there is judged or listed as elsewhere"
-            )
-        return tuple(out)
+        return (
+            f"the ply stands loose in places: {100 * loose:.0f} % of it between the pockets does not lie on the "
+            "mold; what stands up there is judged or listed as elsewhere",
+        )
 
 
 class Placing:
@@ -85,21 +76,16 @@ class Placing:
         self.zones = PlyZones(ply_outline, low, high)
         self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
 
-    def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> tuple[NDArray[np.float32], Sample]:
-        """Return the scan, without its offset if the recipe allows removing it, and the sample for all checks."""
+    def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> Sample:
+        """Return the sample of a scan for all checks."""
         sample = sampled(scan, self._setup)
-        on = self.zones.inside(sample)
-        pitch_mm = pitch_of(sample.points_mm[on, :2], sample.each)
-        across_mm = widest_mm(scan, pitch_mm, self._setup.pose, stop)
-        apart_mm = layers_apart_mm(scan, self._setup, pitch_mm)
-        sample = replace(sample, pitch_mm=pitch_mm, widest_mm=across_mm, apart_mm=apart_mm)
-        offset_mm = self._offset(sample)
-        if not offset_mm:
-            return scan, sample
-        along_rays = self._setup.prepared.image is not None and np.ndim(scan) == 3
-        return raised(
-            scan, self._setup.mold_from_scanner, -offset_mm, along_rays=along_rays, stop=stop
-        ), sample.lowered(offset_mm)
+        pitch_mm = pitch_of(sample.points_mm[self.zones.inside(sample), :2], sample.each)
+        return replace(
+            sample,
+            pitch_mm=pitch_mm,
+            widest_mm=widest_mm(scan, pitch_mm, self._setup.pose, stop),
+            apart_mm=layers_apart_mm(scan, self._setup, pitch_mm),
+        )
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
@@ -186,16 +172,6 @@ class Placing:
         """Return by how much the reference stands above its surface beside an edge."""
         return edge.missed(self._setup.prepared.missed_mm, 0.5 * self._thickness_mm)
 
-    def _offset(self, sample: Sample) -> float:
-        """Return the offset of the scan's height that is to be removed; 0: none is allowed, or it is too small."""
-        most = self._recipe.level.remove_offset_mm
-        if most <= 0:
-            return 0.0
-        on = self.zones.inside(sample)
-        off = departure(self._blocks(sample, on, ()), self._thickness_mm, self._least_mm)
-        median = float(np.median(off)) if len(off) >= LIMITS.least_squares else 0.0
-        return median if LIMITS.worth_share * self._tol_mm < abs(median) <= most else 0.0
-
     def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
         used = on & off_pockets(sample.points_mm, outlines)
@@ -216,7 +192,7 @@ class Placing:
             reason = few_squares_reason(zones, sample, on, least=LIMITS.least_squares, share=share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, self._thickness_mm, self._least_mm)
-        level = level_of(found, blocks, self._thickness_mm, self._tol_mm, sample.removed_mm)
+        level = level_of(found, blocks, self._thickness_mm, self._tol_mm)
         loose = self._loose_share(found)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         needed = level.low_share + level.high_share > recipe.level.largest_share

@@ -47,6 +47,7 @@ class Limits:
 
 LIMITS = Limits()
 _BESIDE = np.ones((3, 3), np.uint8)
+_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
 @dataclass(frozen=True)
@@ -179,15 +180,13 @@ def _near(marks: Bools, cells: int) -> Bools:
 
 def _rim(own: Bools) -> Bools:
     """Return the mask of a piece's cells that have a neighbour outside it."""
-    padded = np.pad(own, 1)
-    inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
-    return own & ~inner
+    return own & ~np.asarray(cv2.erode(own.astype(np.uint8), _CROSS, borderValue=0), dtype=np.bool_)
 
 
 def _rim_inside(own: Bools, known: Bools) -> Bools:
     """Return the rim without the cells near the ply's end, or near heights that are not known."""
-    ends = np.pad(~known, 1, constant_values=True)
-    return _rim(own) & ~_near(ends, 2)[1:-1, 1:-1]
+    far_inside = cv2.erode(known.astype(np.uint8), _BESIDE, iterations=2, borderValue=0)
+    return _rim(own) & np.asarray(far_inside, dtype=np.bool_)
 
 
 def _of_reference(reference: Reference, own: Bools, origin: Floats, cell: float) -> float:
