@@ -32,14 +32,14 @@ _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
 _OUTER = 1.8  # radii: outer edge of the ring
 _SEEN = 0.75  # of the ring
-_SMOOTH = 0.15  # of the hump's height: the ring's root mean square off the surface through it, at most
+_SMOOTH = 0.11  # of the hump's height: the ring's root mean square off the surface through it, at most
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
-_LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
+_FILLS = 0.17  # of the radius: that of a disc as large as what stands above half its height, at least
 _AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
-_TURNS = np.radians(np.arange(0, 180, 22.5))  # in which the mold is looked for to be straightest
-_NEARER = np.radians((11.0, 4.0, 1.0))  # on both sides of the best of these, and of what is better still
+_TURNS = np.radians(np.arange(0, 180, 11.25))  # in which the mold is looked for to be straightest
+_NEARER = np.radians((5.0, 2.0, 0.7))  # on both sides of the best of these, and of what is better still
 
 
 @dataclass(frozen=True)
@@ -264,7 +264,9 @@ def _hump(
     excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)
     x, y = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
-    if area < _LEAST_MM2:
+    if (
+        area < np.pi * (_FILLS * radius_mm) ** 2
+    ):  # a flaw of the scan, a ripple of the mold, or a smaller radius suits it
         return None
     # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
     kept = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
