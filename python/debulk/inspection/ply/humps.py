@@ -264,9 +264,7 @@ def _hump(
     excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)
     x, y = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
-    if (
-        area < np.pi * (_FILLS * radius_mm) ** 2
-    ):  # a flaw of the scan, a ripple of the mold, or a smaller radius suits it
+    if area < np.pi * (_FILLS * radius_mm) ** 2:  # a flaw, a ripple of the mold, or a smaller radius suits it
         return None
     # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
     kept = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
