@@ -10,6 +10,7 @@ import pytest
 from debulk import Grid, InputError, Inspector, Recipe, _core, scenes
 from debulk.inspection import inspector
 from debulk.inspection.clouds import cleaning
+from debulk.inspection.reference import prepared
 
 FEW = {"segmentation": {"area_tol_mm2": 3000.0}, "solve": {"starts": 1, "most_starts": 1}}
 
@@ -160,7 +161,7 @@ def test_a_comparison_reads_the_callers_memory_once(monkeypatch):
 
     def clean_while_the_scanner_writes(*arguments):
         given[:] = 0
-        return cleaning.clean(*arguments)
+        return prepared.cleaned(*arguments)
 
-    monkeypatch.setattr(inspector, "clean", clean_while_the_scanner_writes)
+    monkeypatch.setattr(inspector, "cleaned", clean_while_the_scanner_writes)
     assert of_ply.compare(report, given).table() == expected
