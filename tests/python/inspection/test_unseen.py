@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from debulk import Verdict, pocket, scenes
 from debulk.grid import Grid
 from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.inspection.holes import unseen
+from debulk.inspection.ply import hidden
 from debulk.inspection.rawscan.lost_places import bell_excess_mm
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -241,6 +243,20 @@ def test_points_that_stand_in_a_hole_leave_it_as_unknown_as_it_is(wide: int) -> 
         scan[piece] = tall[piece]
     report = laid_ply.inspector().inspect(scan)
     assert report.verdict is Verdict.UNDECIDED, report.reason
+
+
+def test_flanks_are_less_steep_than_what_a_hole_may_hide() -> None:
+    """The steepest hundredth of each pocket inside the ply, read from means over 3 mm."""
+    layup = scenes.layup(0, PIXELS)
+    found = inspector_of(layup).find(layup.scan)
+    heights, labels = found.pockets[0].segmentation.heights, found.pockets[0].segmentation.labels.values
+    cells = round(3 / heights.spacing_mm) | 1
+    unknown = cv2.dilate(np.isnan(heights.values).astype(np.uint8), np.ones((2 * cells + 3,) * 2))
+    smooth = cv2.blur(np.nan_to_num(heights.values), (cells, cells)).astype(np.float64)
+    steep_deg = np.degrees(np.arctan(np.hypot(*np.gradient(smooth, heights.spacing_mm))))
+    inside = [p.pocket for p in found.pockets if not p.pocket.touches_ply_edge]
+    steepest = max(np.percentile(steep_deg[(labels == one.id) & (unknown == 0)], 99) for one in inside)
+    assert 25 < steepest < hidden.LIMITS.steepest_deg
 
 
 def hole(**changes: Any) -> Any:

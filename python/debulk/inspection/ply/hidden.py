@@ -13,8 +13,8 @@ from debulk.ridge import excess_of_ridge
 class Limits:
     """Of what was not seen; bench/trust/holes.py has holes over creases."""
 
-    # The steepest flank of a laid ply, a prior: that of the steepest pockets of the virtual layups, lobes 11.8 mm high
-    # on 31.5 cm2. What is steeper stands as a wrinkle already.
+    # The steepest flank of a laid ply, a prior: the steepest hundredth of each of 42 pockets inside the ply of eleven
+    # virtual layups has 28.6 degrees or less, but for one with 34.
     steepest_deg: float = 30.0
 
 
