@@ -66,7 +66,7 @@ GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOp
       numbers_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(raised_.size());
       raised_.push_back({ti, tj});
     }
-  if (!ply.empty() && !raised_.empty()) ply_ = PlyMask(ply, heights_).inner(edge_cells_);
+  if (!ply.empty() && !raised_.empty()) ply_ = PlyMask(ply, heights_, edge_cells_);
 }
 
 void GapTiles::look_over(int tile_row, float high, std::vector<std::uint8_t>& above) {

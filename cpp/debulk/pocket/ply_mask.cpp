@@ -24,52 +24,53 @@ std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v,
   return lines;
 }
 
-// What two sorted lists of intervals have in common.
-std::vector<double> in_both(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> out;
+// Sets `out` to what two sorted lists of intervals have in common.
+void in_both(const std::vector<double>& a, const std::vector<double>& b, std::vector<double>& out) {
+  out.clear();
   for (std::size_t m = 0, n = 0; m + 1 < a.size() && n + 1 < b.size();) {
     const double begin = std::max(a[m], b[n]), end = std::min(a[m + 1], b[n + 1]);
     if (begin < end) out.insert(out.end(), {begin, end});
     (a[m + 1] < b[n + 1] ? m : n) += 2;
+  }
+}
+
+// The parts of the rows' intervals that lie `cells` inside them, and inside those of the rows so near.
+std::vector<std::vector<double>> inside(const std::vector<std::vector<double>>& rows, int cells) {
+  std::vector<std::vector<double>> out(rows.size());
+  std::vector<double> common, next;
+  const int count = static_cast<int>(rows.size());
+  for (int j = 0; j < count; ++j) {
+    common = rows[static_cast<std::size_t>(j)];
+    for (int n = std::max(0, j - cells); n <= std::min(count - 1, j + cells); ++n) {
+      if (n == j) continue;
+      in_both(common, rows[static_cast<std::size_t>(n)], next);
+      common.swap(next);
+    }
+    for (std::size_t k = 0; k + 1 < common.size(); k += 2)
+      if (common[k] + cells < common[k + 1] - cells)
+        out[static_cast<std::size_t>(j)].insert(out[static_cast<std::size_t>(j)].end(), {common[k] + cells, common[k + 1] - cells});
   }
   return out;
 }
 
 }  // namespace
 
-PlyMask::PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing)
+PlyMask::PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing, int inner)
     : nx_(nx), on_ply_(static_cast<std::size_t>(nx) * ny, 0) {
   Polygon scaled;
   scaled.reserve(outline.size());
   for (const Eigen::Vector2d& p : outline) scaled.push_back((p - origin) / spacing);
   rows_ = crossings(scaled, 0, 1, ny);
+  if (inner > 0) rows_ = inside(rows_, inner);
   columns_ = crossings(scaled, 1, 0, nx);
-  mark_rows();
-}
-
-void PlyMask::mark_rows() {
-  for (std::size_t j = 0; j < rows_.size(); ++j)
-    for (std::size_t k = 0; k + 1 < rows_[j].size(); k += 2) {
-      const int begin = static_cast<int>(std::ceil(std::clamp(rows_[j][k], 0.0, static_cast<double>(nx_))));
-      const int end = static_cast<int>(std::ceil(std::clamp(rows_[j][k + 1], 0.0, static_cast<double>(nx_))));
-      for (int i = begin; i < end; ++i) on_ply_[j * static_cast<std::size_t>(nx_) + static_cast<std::size_t>(i)] = 1;
+  for (int j = 0; j < ny; ++j) {
+    const auto& row = rows_[static_cast<std::size_t>(j)];
+    for (std::size_t k = 0; k + 1 < row.size(); k += 2) {
+      const int begin = static_cast<int>(std::ceil(std::clamp(row[k], 0.0, static_cast<double>(nx))));
+      const int end = static_cast<int>(std::ceil(std::clamp(row[k + 1], 0.0, static_cast<double>(nx))));
+      for (int i = begin; i < end; ++i) on_ply_[static_cast<std::size_t>(j) * nx + i] = 1;
     }
-}
-
-PlyMask PlyMask::inner(int cells) const {
-  PlyMask out;
-  out.nx_ = nx_, out.on_ply_.assign(on_ply_.size(), 0), out.rows_.resize(rows_.size());
-  const int rows = static_cast<int>(rows_.size());
-  for (int j = 0; j < rows; ++j) {
-    std::vector<double> common = rows_[static_cast<std::size_t>(j)];
-    for (int n = std::max(0, j - cells); n <= std::min(rows - 1, j + cells); ++n)
-      common = in_both(common, rows_[static_cast<std::size_t>(n)]);
-    std::vector<double>& row = out.rows_[static_cast<std::size_t>(j)];
-    for (std::size_t k = 0; k + 1 < common.size(); k += 2)
-      if (common[k] + cells < common[k + 1] - cells) row.insert(row.end(), {common[k] + cells, common[k + 1] - cells});
   }
-  out.mark_rows();
-  return out;
 }
 
 bool PlyMask::covers(int j, int first, int end) const {

@@ -13,13 +13,13 @@ namespace debulk {
 class PlyMask {
  public:
   PlyMask() = default;  // outline unknown: every point counts as on the ply
-  // outline: a checked polygon, in the grid's frame.
+  // outline: a checked polygon, in the grid's frame. inner: points count that have none off the ply within so many cells
+  // along x and along y; such a mask has no crossings.
   template <class T>
-  PlyMask(const Polygon& outline, const Grid<T>& grid) : PlyMask(outline, grid.nx, grid.ny, grid.origin, grid.spacing) {}
-  PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing);
+  PlyMask(const Polygon& outline, const Grid<T>& grid, int inner = 0)
+      : PlyMask(outline, grid.nx, grid.ny, grid.origin, grid.spacing, inner) {}
+  PlyMask(const Polygon& outline, int nx, int ny, const Eigen::Vector2d& origin, double spacing, int inner = 0);
 
-  // Which points have none off the ply within so many cells along x and along y. Its crossings are those of its rows.
-  PlyMask inner(int cells) const;
   bool known() const { return !on_ply_.empty(); }
   bool on_ply(int i, int j) const { return on_ply_.empty() || on_ply_[static_cast<std::size_t>(j) * nx_ + i] != 0; }
   const std::uint8_t* row(int j) const { return on_ply_.empty() ? nullptr : &on_ply_[static_cast<std::size_t>(j) * nx_]; }
@@ -30,8 +30,6 @@ class PlyMask {
   double crossing(int i, int j, int di, int dj) const;
 
  private:
-  void mark_rows();
-
   int nx_ = 0;
   std::vector<std::uint8_t> on_ply_;
   // The places, in grid units and sorted, where the outline crosses each row and each column.

@@ -47,7 +47,7 @@ TEST(GapTiles, HaveTheMeansOfWhatIsKnownInSquares) {
         FibreOptions options;
         options.fine_mm = fine_mm, options.isa = isa;
         const GapTiles tiles(heights, outline, options, Stop());
-        const PlyMask ply = outline.empty() ? PlyMask() : PlyMask(outline, heights).inner(options.edge_cells);
+        const PlyMask ply = outline.empty() ? PlyMask() : PlyMask(outline, heights, options.edge_cells);
         ASSERT_EQ(tiles.raised().size(), 4U * 5U);
         GapTiles::Maker maker(tiles, mold);
         for (std::size_t n = 0; n < tiles.raised().size(); ++n) {

@@ -22,7 +22,7 @@ TEST(PlyMask, ItsInnerPointsHaveNoneOffThePlyNear) {
   const Polygon notched{{1.5, 0.5}, {26.2, 3.1}, {24.8, 17.9}, {17, 18}, {14, 9.3}, {9.2, 17.5}, {2.2, 16.1}};
   const PlyMask mask(notched, 30, 20, {0, 0}, 1.0);
   for (const int cells : {0, 1, 3}) {
-    const PlyMask inner = mask.inner(cells);
+    const PlyMask inner(notched, 30, 20, {0, 0}, 1.0, cells);
     for (int j = 0; j < 20; ++j)
       for (int i = 0; i < 30; ++i) {
         bool all = true;
