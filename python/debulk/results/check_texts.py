@@ -184,7 +184,7 @@ CHECK_TEXTS = (
         "that it can hide; and bumps that end in it",
         "`verdict.max_ridge_mm`",
         "scan again with less glare, with another exposure or from another side",
-        (UNDECIDED,),
+        (INVALID, UNDECIDED),
     ),
     CheckText(
         "shared_fibres",

@@ -37,15 +37,16 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
 
 
 def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Finding]:
-    """Judge the parts that were not seen, and the bumps that end in them, each of which may be part of a pocket."""
+    """Judge the parts that were not seen, and the bumps that end in them, maybe no ply, as at the mold's edge."""
     of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in found.holes)
     out = [one for one in of_holes if one is not None]
+    judged = [one for one in pockets if one.promoted and one.half_seen is not None and one.half_seen.ways]
     for bump in found.dropped:
-        if bump.touches_unknown and not _in_a_foot(bump.centroid_mm, pockets):
+        if bump.touches_unknown and not _in_a_foot(bump.centroid_mm, judged):
             x, y = bump.centroid_mm
             where = f"a bump of at least {in_cm2(bump.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
             reason = f"{where} borders on what was not seen: scan again"
-            out.append(Finding("holes", Verdict.UNDECIDED, reason, place_mm=_pair(bump.centroid_mm)))
+            out.append(Finding("holes", Verdict.INVALID, reason, place_mm=_pair(bump.centroid_mm)))
     return out
 
 
