@@ -210,16 +210,16 @@ def judge(
     Examples
     --------
     >>> judge(certified=True, rms_mm=0.26, ridge_height_mm=0.0)
-    Judgement(verdict=<Verdict.CEASE: 'cease'>, reason='no ridge, RMS 0.26 mm within the limit of 0.30 mm')
+    Judgement(verdict=<Verdict.CEASE: 'cease'>, reason='no ridge, RMS 0.26 mm keeps the limit of 0.30 mm')
     >>> judge(certified=True, rms_mm=0.28, ridge_height_mm=1.57).reason
-    'ridge 1.57 mm above the limit of 0.60 mm'
+    'ridge 1.57 mm exceeds the limit of 0.60 mm'
     >>> judge(certified=False, rms_mm=0.26, ridge_height_mm=0.0, solve_status="iteration limit").verdict
     <Verdict.UNDECIDED: 'undecided'>
 
     By the excess length, which is the same at every minimum:
 
     >>> judge(certified=False, inside_ply=True, excess_range_mm=(0.71, 0.75)).reason
-    'ridge by the excess length 0.71 to 0.75 mm above the limit of 0.60 mm'
+    'ridge by the excess length 0.71 to 0.75 mm exceeds the limit of 0.60 mm'
     """
     evidence = _core.verdict.PocketEvidence()
     evidence.inside_ply = inside_ply

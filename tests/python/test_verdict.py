@@ -54,7 +54,7 @@ def test_criteria_are_the_compiled_defaults_and_checked():
     ("evidence", "verdict", "reason"),
     [
         ({}, Verdict.CEASE, "no ridge"),
-        ({"ridge_height_mm": 1.57}, Verdict.CREASE, "ridge 1.57 mm above the limit of 0.60 mm"),
+        ({"ridge_height_mm": 1.57}, Verdict.CREASE, "ridge 1.57 mm exceeds the limit of 0.60 mm"),
         ({"bridge_height_mm": 0.9}, Verdict.CREASE, "bridge 0.90 mm"),
         ({"rms_range_mm": (0.289, 0.331)}, Verdict.UNDECIDED, "both sides"),
         ({"ridge_range_mm": (0.2, 0.8)}, Verdict.UNDECIDED, "ridge 0.20 to 0.80 mm lies on both sides"),

@@ -48,8 +48,8 @@ Verdict against_limit(const Figure& figure) {
 }
 
 std::string how_it_lies(const Figure& figure, Verdict verdict) {
-  if (verdict == Verdict::crease) return figure.value() + " above " + figure.limit_text();
-  if (verdict == Verdict::cease) return figure.value() + " within " + figure.limit_text();
+  if (verdict == Verdict::crease) return figure.value() + " exceeds " + figure.limit_text();
+  if (verdict == Verdict::cease) return figure.value() + " keeps " + figure.limit_text();
   if (figure.range.low <= figure.limit && figure.range.high > figure.limit)
     return figure.value() + " lies on both sides of " + figure.limit_text();
   return figure.value() + " comes within " + number(figure.margin, 3) + " mm of " + figure.limit_text();

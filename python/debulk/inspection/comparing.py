@@ -140,9 +140,9 @@ def _measure(
     noise = _noise(inside, heights)
     figures = {"measured_rms_mm": rms, "measured_peak_mm": peak, "noise_mm": noise, "measured_share": share}
     if rms > limits.max_rms_mm:
-        return Verdict.CREASE, f"RMS {rms:.3f} mm above the limit of {limits.max_rms_mm:.2f} mm", figures
+        return Verdict.CREASE, f"RMS {rms:.3f} mm exceeds the limit of {limits.max_rms_mm:.2f} mm", figures
     if peak > limits.max_ridge_mm + _PEAK_NOISE * noise:
-        return Verdict.CREASE, f"peak {peak:.2f} mm above the limit of {limits.max_ridge_mm:.2f} mm", figures
+        return Verdict.CREASE, f"peak {peak:.2f} mm exceeds the limit of {limits.max_ridge_mm:.2f} mm", figures
     if peak > limits.max_ridge_mm:
         return Verdict.UNDECIDED, f"peak {peak:.2f} mm within the noise of its limit", figures
     return Verdict.CEASE, f"RMS {rms:.3f} mm and peak {peak:.2f} mm within their limits", figures
