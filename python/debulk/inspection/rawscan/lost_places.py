@@ -97,7 +97,8 @@ def _lowered_mm(place: Narrow, found: Found) -> float:
     kept = np.full(len(upper_mm), -_NOTHING_MM)
     if found.part is not None:
         kept = np.fmax(kept, _between(found.part[0].heights, upper_mm[:, :2]))
-    lowered_mm = float(np.quantile(upper_mm[:, 2] - kept, LIMITS.upper_share))
+    by_mm = np.sort(upper_mm[:, 2] - kept)  # infinite where the map shows nothing
+    lowered_mm = float(by_mm[int(LIMITS.upper_share * len(by_mm))])
     return lowered_mm if lowered_mm > LIMITS.lowered_mm else 0.0
 
 
