@@ -23,7 +23,6 @@ from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
 
-_NOTHING_MM = 1e6  # below all that is seen; finite, so that a share of it can be taken
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ def lost(standing: Standing, found: Found, recipe: Recipe) -> tuple[Lost, ...]:
 def _lowered_mm(place: Narrow, found: Found) -> float:
     """Return by how much the height map, which may show nothing of the ply, lies below a place's upper half."""
     upper_mm = place.samples_mm[: place.upper]
-    kept = np.full(len(upper_mm), -_NOTHING_MM)
+    kept = np.full(len(upper_mm), -np.inf)
     if found.part is not None:
         kept = np.fmax(kept, _between(found.part[0].heights, upper_mm[:, :2]))
     by_mm = np.sort(upper_mm[:, 2] - kept)  # infinite where the map shows nothing
