@@ -234,25 +234,26 @@ def _hump(
     reach = int(np.ceil(_OUTER * cells))
     v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
     far, around = np.hypot(u, v), int(np.ceil(np.sqrt(2) * reach)) + 1
-    wanted = (far > 1) & (far <= _OUTER)
     left, low = max(0, column - around), max(0, row - around)
     near = coarse.values[low : row + around + 1, left : column + around + 1]
 
-    def turned(turns: Floats) -> tuple[Floats, NDArray[np.bool_], Floats]:
+    def turned(turns: Floats, every: int) -> tuple[Floats, NDArray[np.bool_], Floats]:
         """Return the maps turned by these angles, where their rings were seen, and how far these are off a profile."""
+        some = slice(None, None, every), slice(None, None, every)  # of the cells
         c, s = (cells * of(turns)[:, None, None] for of in (np.cos, np.sin))
-        x, y = column - left + c * u - s * v, row - low + s * u + c * v
-        parts = _between(near, x.reshape(-1, len(u)), y.reshape(-1, len(u))).reshape(x.shape)
+        x, y = column - left + c * u[some] - s * v[some], row - low + s * u[some] + c * v[some]
+        parts = _between(near, x.reshape(-1, x.shape[2]), y.reshape(-1, x.shape[2])).reshape(x.shape)
+        wanted = (far[some] > 1) & (far[some] <= _OUTER)
         ring = np.isfinite(parts) & wanted
-        return parts, ring, _off_mm(parts, ring, u, v, _SEEN * np.count_nonzero(wanted))
+        return parts, ring, _off_mm(parts, ring, u[some], v[some], _SEEN * np.count_nonzero(wanted))
 
-    turn = _TURNS[np.argmin(turned(_TURNS)[2])]
+    turn = _TURNS[np.argmin(turned(_TURNS, 2)[2])]
     for apart in _NEARER:  # where the mold is straightest: a parabola through the squares of how far the ring is off
-        less, here, more = turned(turn + apart * np.array([-1, 0, 1]))[2] ** 2
+        less, here, more = turned(turn + apart * np.array([-1, 0, 1]), 2)[2] ** 2
         bend = less + more - 2 * here
         if bend > 0:
             turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
-    part, ring, off = (of[0] for of in turned(np.array([turn])))
+    part, ring, off = (of[0] for of in turned(np.array([turn]), 1))
     if off == HIGHEST_MM:
         return None
     below = _profile(part, ring, u, v)
