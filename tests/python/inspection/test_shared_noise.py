@@ -143,6 +143,17 @@ def test_without_noise_and_outline_the_edge_that_is_seen_shows_it(sigma, step_mm
     assert report.verdict > Verdict.CEASE and "smoothed" in {one.check for one in report.findings}
 
 
+def test_without_noise_and_any_edge_nothing_shows_that_a_scan_was_not_smoothed():
+    """A bell whose ridge is 0.77 mm high; its ply fills the image."""
+    y, x = np.mgrid[0:225:0.75, 0:300:0.75]
+    mold = 20 * np.sin(x / 180) + 8 * np.cos(y / 140)
+    r = np.hypot(x - 150, y - 112)
+    ply = mold + 0.3 + np.where(r < 10, 3.3 * np.cos(np.pi * r / 20) ** 2, 0.0)
+    inspector = Inspector(None, np.dstack([x, y, mold]), mold_from_scanner=np.eye(4))
+    report = inspector.inspect(np.dstack([x, y, gaussian(5)(ply)]))
+    assert report.verdict is Verdict.UNDECIDED and "no noise, and no edge" in report.reason
+
+
 def test_the_recipe_may_allow_for_it():
     layup, scan = laid_ply.layup(), laid_ply.scan(laid_ply.bell(50, 30, 80, 2.8))
     for fine_mm, expected in ((0.5, Verdict.UNDECIDED), (2.0, Verdict.CEASE)):

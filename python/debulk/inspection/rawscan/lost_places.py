@@ -24,7 +24,6 @@ from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
 
 
-
 @dataclass(frozen=True)
 class Limits:
     """Of narrow places that the height map has lost; `bench/trust/riders.py` has 60 of them."""

@@ -23,6 +23,7 @@ class Limits:
     most_squares: int = 100  # looked at
     least_squares: int = 20  # from which anything is said
     least_share: float = 0.4  # of the squares looked at that must give a result
+    silent_share: float = 0.8  # of them: if more show no noise, the scan has none
     least_seen_share: float = 0.75  # of a square's points
     least_differences: int = 20  # in a square, out of 144: each needs 25 points
     resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
@@ -38,13 +39,13 @@ _TURN = 0.618034  # share of all squares from one that is looked at to the next,
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool:
+def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool | None:
     """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
 
-    False, too, where too little noise is seen. Noise that was smoothed varies slowly: its differences of fourth order
-    along both axes of the image, which are 70 for white noise of one unit, are too small compared with its scatter. A
-    scanner's own noise, even if correlated, has a white part. So has noise after a median filter, but not everywhere:
-    patches of such a scan have none, as if they had been filled in.
+    None: nearly no square shows any noise. False, too, where there are too few squares. Noise that was smoothed varies
+    slowly: its differences of fourth order along both axes of the image, which are 70 for white noise of one unit, are
+    too small compared with its scatter. A scanner's own noise, even if correlated, has a white part. So has noise after
+    a median filter, but not everywhere: patches of such a scan have none, as if they had been filled in.
 
     The numbers `index`, counted row by row, are those of squares on the ply.
     """
@@ -54,11 +55,13 @@ def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64
     given = _depths(image.points, squares, some, step)
     rounded_mm = step_of(given[np.isfinite(given)].astype(np.float32))
     near, far = (_depths(image.heights, squares, some, apart) for apart in (step, 2 * step))
-    return _is_shared(near, rounded_mm) or _is_shared(far, rounded_mm)
+    return True if (own := _is_shared(near, rounded_mm)) else _is_shared(far, rounded_mm) or own
 
 
-def _is_shared(depths: Floats, rounded_mm: float) -> bool:
-    own = _own_share(depths, rounded_mm)
+def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
+    own, silent = _own_share(depths, rounded_mm)
+    if silent > max(LIMITS.least_squares, LIMITS.silent_share * len(depths)):
+        return None
     told = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
     return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
@@ -74,14 +77,17 @@ def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64
     return np.where(np.isfinite(depths), depths, np.nan)
 
 
-def _own_share(depths: Floats, rounded_mm: float) -> Floats:
-    """Return each usable square's fourth differences over its scatter about a polynomial; 1 for white noise."""
+def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
+    """Return the fourth differences of squares over their scatter about a polynomial, and how many show no noise.
+
+    It is 1 for white noise.
+    """
     flat = depths.reshape(len(depths), LIMITS.side**2)
     seen = np.isfinite(flat)
     enough = np.mean(seen, axis=1) >= LIMITS.least_seen_share
     flat, seen = flat[enough], seen[enough]
     if not len(flat):
-        return np.empty(0)
+        return np.empty(0), 0
     rest, count = _rest(np.where(seen, flat, 0.0), seen), np.sum(seen, axis=1)
     scatter = np.sqrt(np.sum(rest**2, axis=1) / (count - _polynomials()[0].shape[1]))
     rest = np.where(seen, rest, np.nan)  # a difference needs all of its points
@@ -92,8 +98,9 @@ def _own_share(depths: Floats, rounded_mm: float) -> Floats:
     of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
     noise_mm = np.maximum(LIMITS.resolutions * resolved, LIMITS.steps * rounded_mm)
-    tells = (number >= LIMITS.least_differences) & (scatter > noise_mm)
-    return np.asarray(of_white[tells] / scatter[tells])
+    usable, noisy = number >= LIMITS.least_differences, scatter > noise_mm
+    tells = usable & noisy
+    return np.asarray(of_white[tells] / scatter[tells]), int(np.count_nonzero(usable & ~noisy))
 
 
 def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:

@@ -1,4 +1,7 @@
-"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply."""
+"""Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply.
+
+A scan that shows neither noise nor an edge may have been.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +30,8 @@ class Smoothed:
     edge_mm: float = 0.0
     """Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
     not known."""
+    silent: bool = False
+    """Whether the scan shows no noise."""
 
     def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""
@@ -37,13 +42,16 @@ class Smoothed:
             )
         elif self.edge_mm > 0:
             found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
+        elif self.silent and np.isnan(self.edge_mm):
+            found = "the scan shows no noise, and no edge of the ply that would tell how sharp it is: smoothed"
         else:
             return []
+        measured_mm = self.shared_mm or (None if np.isnan(self.edge_mm) else self.edge_mm)
         reason = (
             f"{found} by the scanner's software, which lowers narrow bumps? Switch its smoothing off, give the raw "
             "cloud, or allow for it (clean.fine_mm)"
         )
-        return [Finding("smoothed", Verdict.UNDECIDED, reason, self.shared_mm or self.edge_mm, unit="mm")]
+        return [Finding("smoothed", Verdict.UNDECIDED, reason, measured_mm, unit="mm")]
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Return an entry for the report if the blur of the ply's edge is not known."""
@@ -78,20 +86,20 @@ class SmoothedSearch:
         The (H, W) mask is True where a pixel is not to be used.
         """
         step = max(1, round(self._fine_mm / image.pitch_mm))
-        if noise_is_shared(image, squares, some, step):
+        if shared := noise_is_shared(image, squares, some, step):
             return Smoothed(shared_mm=step * image.pitch_mm)
-        return self._by_edge(self.edge_mm(image.points, mask), image.pitch_mm)
+        return self._by_edge(self.edge_mm(image.points, mask), image.pitch_mm, silent=shared is None)
 
     def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: NDArray[np.bool_] | None) -> Smoothed:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
         if found.shared_mm or not np.isnan(found.edge_mm):
             return found
         spread_mm = self._spread_of(edge).least_mm(image.points, mask, self._threads)
-        return self._by_edge(spread_mm, image.pitch_mm)
+        return self._by_edge(spread_mm, image.pitch_mm, silent=found.silent)
 
-    def _by_edge(self, spread_mm: float, pitch_mm: float) -> Smoothed:
+    def _by_edge(self, spread_mm: float, pitch_mm: float, *, silent: bool) -> Smoothed:
         allowed_mm = LIMITS.allowed * max(self._fine_mm, pitch_mm)
-        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm)
+        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm, silent=silent)
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
         """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
