@@ -9,9 +9,9 @@
 
 namespace debulk {
 
-// A stretch of a line off the mold; along the ply's edge, where nothing is read, the ply goes on as it came. Its excess
-// is e(s) = sqrt(1 + (m' + g')^2) - sqrt(1 + m'^2), summed over the stretch and over its tails, on which the ply comes
-// down from the mold tolerance to the mold.
+// A stretch of a line off the mold; along the ply's edge, where nothing is read, the ply goes on as it came. Its excess is e(s) = sqrt(1 +
+// (m' + g')^2) - sqrt(1 + m'^2), summed over the stretch and over its tails, on which the ply comes down from the mold tolerance to the
+// mold.
 struct FibreSpan {
   int first = 0, last = 0;          // points of the line, the first and the last off the mold
   int top = 0;                      // the point with the largest gap

@@ -273,7 +273,7 @@ def test_a_ridge_too_short_for_the_rms_creases_by_its_peak():
     p = compared(one_pocket(OUTLINE), heights, Recipe()).pockets[0]
     assert p.measured_rms_mm < 0.3
     assert p.measured is Verdict.CREASE
-    assert "peak 0.70 mm above" in p.reason
+    assert "peak 0.70 mm exceeds" in p.reason
 
 
 def test_a_run_of_flying_pixels_is_no_ridge():

@@ -115,7 +115,7 @@ def test_a_creasing_layup_does_not_become_a_good_one(creases, tmp_path, edit, pa
         (lambda t: t["pockets"][2].update(bridge_height_mm=9.1), "pockets[2].verdict: CEASE does not fit"),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION | {"height_mm": 9.5, "range_mm": [9.3, 9.9]}),
-            "does not fit its figures: bridge 9.30 to 9.90 mm above",
+            "does not fit its figures: bridge 9.30 to 9.90 mm exceeds",
         ),
         (
             lambda t: t["pockets"][2].update(bridge_section=SECTION | {"range_mm": [1.4, 0.9]}),

@@ -22,7 +22,7 @@ _MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch
 _FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
 # From a hole to a foot or bump beside it: places of listed holes come from a coarser map, and smoothed heights reach a
 # little past what was seen.
-_NEAR_MM = 10.0
+NEAR_MM = 10.0
 _NEAR_CELLS = 2  # a contour runs along unknown cells at up to so many cells from their middles
 
 
@@ -50,7 +50,7 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     """
     listed = [one for one in found.holes if not one[0].filled]
     heights, own = found.segmentation.heights, _box(found.foot.outline_mm)
-    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, _NEAR_MM)]
+    thick = [one for one in listed if one[0].thickness > BRIDGE_MM and _meet(one[0].box, own, NEAR_MM)]
     if found.foot.closed and not thick:
         return None
     rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)

@@ -8,7 +8,7 @@ from debulk import pocket
 from debulk.arrays import Floats
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.windows import cells_round
-from debulk.inspection.holes.pocket_holes import BRIDGE_MM, listed_hole
+from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.hidden import hidden_mm
 from debulk.recipe import Recipe
@@ -40,14 +40,27 @@ def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> l
     """Judge the parts that were not seen, and the bumps that end in them, maybe no ply, as at the mold's edge."""
     of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in found.holes)
     out = [one for one in of_holes if one is not None]
-    judged = [one for one in pockets if one.promoted and one.half_seen is not None and one.half_seen.ways]
+    judged = [one for one in pockets if one.half_seen is not None and one.half_seen.ways]
     for bump in found.dropped:
-        if bump.touches_unknown and not _in_a_foot(bump.centroid_mm, judged):
+        if bump.touches_unknown and not _in_a_foot(bump.centroid_mm, [one for one in judged if one.promoted]):
             x, y = bump.centroid_mm
             where = f"a bump of at least {in_cm2(bump.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
             reason = f"{where} borders on what was not seen: scan again"
-            out.append(Finding("holes", Verdict.INVALID, reason, place_mm=_pair(bump.centroid_mm)))
+            beside = _of_judged_hole(bump.centroid_mm, found, judged)
+            at_best = Verdict.UNDECIDED if beside else Verdict.INVALID
+            out.append(Finding("holes", at_best, reason, place_mm=_pair(bump.centroid_mm)))
     return out
+
+
+def _of_judged_hole(place_mm: Floats, found: Found, judged: Sequence[PocketReport]) -> bool:
+    """Return whether a place is beside a hole that a pocket was judged with, however the ply lies there."""
+    with_it = {beside.centre_mm for one in judged if one.half_seen is not None for beside in one.half_seen.holes}
+    return any(
+        _pair(hole.centre) in with_it
+        and (hole.box[0] - NEAR_MM <= place_mm).all()
+        and (place_mm <= hole.box[1] + NEAR_MM).all()
+        for hole, _ in found.holes
+    )
 
 
 def _of_hole(
