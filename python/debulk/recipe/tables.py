@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from debulk import _core
 from debulk.recipe.section import Section
@@ -299,9 +299,14 @@ class VerdictLimits(Section):
         gt=0,
         lt=1,
         description="largest probability that a layup is CEASE although a ridge exceeds the limit "
-        "(docs/probability.md); beyond it the layup is UNDECIDED; None: the ranges alone decide",
+        '(docs/probability.md); beyond it the layup is UNDECIDED; None ("none" in TOML): the ranges alone decide',
     )
     RETIRED = ("excess_margin_mm",)
+
+    @field_validator("max_risk", mode="before")
+    @classmethod
+    def _of_text(cls, value: Any) -> Any:
+        return None if isinstance(value, str) and value == "none" else value
 
 
 class Uncertainty(Section):

@@ -20,6 +20,7 @@ def toml(recipe: BaseModel) -> str:
         lines += ["", f"# {(type(section).__doc__ or '').strip()}", f"[{section_name}]"]
         for name, field in type(section).model_fields.items():
             value = getattr(section, name)
+            value = "none" if value is None and field.default is not None else value  # left out, it were the default
             setting = f"{name} = {'...' if value is None else _literal(value)}"
             follows = name == "max_rms_mm" and name not in section.model_fields_set  # from the thickness, as it is
             setting = f"# {setting}" if value is None or follows else setting

@@ -262,6 +262,13 @@ def test_any_values_give_a_recipe_or_one_error(values):
     assert Recipe(**tomllib.loads(recipe.to_toml())) == recipe
 
 
+def test_a_limit_to_the_risk_that_was_taken_out_stays_out_in_toml():
+    recipe = Recipe(verdict={"max_risk": None})
+    assert 'max_risk = "none"' in recipe.to_toml()
+    assert Recipe(**tomllib.loads(recipe.to_toml())) == recipe != Recipe()
+    assert "max_risk" in error_of(lambda: Recipe(verdict={"max_risk": "some"}))
+
+
 def test_its_repr_shows_what_is_no_default_and_gives_it_back():
     recipe = Recipe(net={"node_target": 90}, run={"dump_folder": "a'b"}, clean={"grid_spacing_mm": 2.0})
     assert repr(Recipe()) == "Recipe()"

@@ -1,15 +1,17 @@
 """Whether a scan was smoothed, which lowers narrow bumps: detected by shared noise and by a blurred edge of the ply.
 
-A scan that shows neither noise nor an edge may have been.
+A scan that shows neither noise nor an edge may have been, unless anything else in it is sharp.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arrays import Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.smooth_patches import Squares
@@ -19,6 +21,11 @@ from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
+
+_LINES = 200  # rows, and as many columns, along which anything sharp is looked for
+_SHARP_PLACES = 20  # along these lines together: an edge of the ply meets each line twice
+# Second differences at twice the distance: as large at an edge, twice at a kink, four times where all is smooth.
+_SMOOTH_TIMES = 3.0
 
 
 @dataclass(frozen=True)
@@ -30,8 +37,8 @@ class Smoothed:
     edge_mm: float = 0.0
     """Sigma of the Gaussian that would blur the ply's edge as much as the scan does; 0: no more than is allowed; NaN:
     not known."""
-    silent: bool = False
-    """Whether the scan shows no noise."""
+    blunt: bool = False
+    """Whether the scan shows no noise and nothing that bends sharply."""
 
     def findings(self) -> list[Finding]:
         """Return UNDECIDED if the scan was smoothed, else nothing."""
@@ -42,8 +49,8 @@ class Smoothed:
             )
         elif self.edge_mm > 0:
             found = f"the scan spreads the ply's edge as a Gaussian of {self.edge_mm:.2g} mm does: blurred, or smoothed"
-        elif self.silent and np.isnan(self.edge_mm):
-            found = "the scan shows no noise, and no edge of the ply that would tell how sharp it is: smoothed"
+        elif self.blunt and np.isnan(self.edge_mm):
+            found = "the scan shows no noise, and nothing in it is sharp, not even an edge: smoothed"
         else:
             return []
         measured_mm = self.shared_mm or (None if np.isnan(self.edge_mm) else self.edge_mm)
@@ -88,21 +95,45 @@ class SmoothedSearch:
         step = max(1, round(self._fine_mm / image.pitch_mm))
         if shared := noise_is_shared(image, squares, some, step):
             return Smoothed(shared_mm=step * image.pitch_mm)
-        return self._by_edge(self.edge_mm(image.points, mask), image.pitch_mm, silent=shared is None)
+        spread_mm = self.edge_mm(image.points, mask)
+        blunt = shared is None and bool(np.isnan(spread_mm)) and _blunt(image, step)
+        return self._by_edge(spread_mm, image.pitch_mm, blunt=blunt)
 
     def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: NDArray[np.bool_] | None) -> Smoothed:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
         if found.shared_mm or not np.isnan(found.edge_mm):
             return found
         spread_mm = self._spread_of(edge).least_mm(image.points, mask, self._threads)
-        return self._by_edge(spread_mm, image.pitch_mm, silent=found.silent)
+        return self._by_edge(spread_mm, image.pitch_mm, blunt=found.blunt)
 
-    def _by_edge(self, spread_mm: float, pitch_mm: float, *, silent: bool) -> Smoothed:
+    def _by_edge(self, spread_mm: float, pitch_mm: float, *, blunt: bool) -> Smoothed:
         allowed_mm = LIMITS.allowed * max(self._fine_mm, pitch_mm)
-        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm, silent=silent)
+        return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm, blunt=blunt)
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
         """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
         if self._edge is None or scan.ndim != 3:
             return float("nan")
         return self._edge.least_mm(scan, mask, self._threads)
+
+
+def _blunt(image: CloudImage, step: int) -> bool:
+    """Return whether nothing in an image bends sharply, by second differences of its heights, less what rounding does.
+
+    Where it does, they are about as large at a distance of `step` pixels as at twice that near by.
+    """
+    largest = np.fmax.reduce(np.abs(image.heights[..., 2]), axis=None, initial=0.0)
+    found, rounded = 0, max(image.step_mm, float(np.spacing(np.float32(largest))))
+    for lines in (image.heights[..., 2], image.heights[..., 2].T):
+        some = lines[:: max(1, len(lines) // _LINES)].astype(np.float64)
+        if some.shape[1] <= 4 * step:
+            continue
+        near, far = _bends(some, step)[:, step:-step], _bends(some, 2 * step)
+        around = cv2.dilate(np.nan_to_num(far, nan=np.inf), np.ones((1, 4 * step + 1)))
+        found += int(np.count_nonzero(_SMOOTH_TIMES * (near - 2 * rounded) > around))
+    return found < _SHARP_PLACES
+
+
+def _bends(lines: Floats, apart: int) -> Floats:
+    """Return the second differences along lines (N, W), without their signs."""
+    return np.asarray(np.abs(lines[:, 2 * apart :] - 2 * lines[:, apart:-apart] + lines[:, : -2 * apart]))
