@@ -1,15 +1,16 @@
 """Humps of the reference that look like a pocket of the ply before, which was scanned before it was debulked.
 
 Heights are measured from the reference, so that a pocket that it already holds is invisible: the ply on it lies flat.
-A hump counts if the surface is smooth all round it, nearly straight in one direction with any profile across, as domes
-and spars are, and if a fibre over it, together with what the ply shows there, would make a ridge above the limit.
-Bosses of a mold look the same: a hump by itself is only named.
+A hump counts if all round it the surface is smooth, as a quadratic surface predicts it that is fitted to a ring, or one
+that is straight in one direction with any profile across, as a spar's is; and if a fibre over it, together with what
+the ply shows there, would make a ridge above the limit. Bosses of a mold look the same: a hump by itself is only named.
 Where the ply stands off it, too, it may be one pocket of which the reference holds a part, and the layup is UNDECIDED.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds.products import least_squares
+from debulk.inspection.clouds.products import least_squares, product
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
@@ -31,15 +32,17 @@ from debulk.verdict import Verdict
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
 _OUTER = 1.8  # radii: outer edge of the ring
-_SEEN = 0.75  # of the ring
-_SMOOTH = 0.11  # of the hump's height: the ring's root mean square off the surface through it, at most
+_SEEN = 0.9  # of hump and ring
+_SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quadratic surface, at most
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
-_FILLS = 0.17  # of the radius: that of a disc as large as what stands above half its height, at least
+_LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
 _AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
-_TURNS = np.radians(np.arange(0, 180, 11.25))  # in which the mold is looked for to be straightest
-_NEARER = np.radians((5.0, 2.0, 0.7))  # on both sides of the best of these, and of what is better still
+_EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
+_WAYS = tuple(way for right, down in _EIGHT for way in ((right, down), (-down, right)))
+_TURNS = np.radians((6.0, 1.5))  # on both sides of a way, in which the mold is looked for to be straightest
+_Top = tuple[int, int, tuple[int, int] | None]  # row, column, and the way along which the mold is straight there
 
 
 @dataclass(frozen=True)
@@ -74,10 +77,16 @@ def humps_of(seen: Grid, ply: PlyOnMold) -> tuple[Hump, ...]:
     coarse, found = seen, list[Hump]()
     for radius in _RADII_MM:
         coarse = _coarse(coarse, radius / _CELLS)
-        humps = (_hump(coarse, top, radius, angles, recipe) for top in _tops(coarse, radius, ply.outline))
-        found += [hump for hump in humps if hump is not None]
+        for row, column, way in _tops(coarse, radius, ply.outline):
+            place = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
+            if way is not None and any(one.covers(place) for one in found):
+                continue
+            hump = _hump(coarse, row, column, way, radius, angles, recipe)
+            if hump is not None:
+                found.append(hump)
+    found.sort(key=lambda one: -one.ridge_mm)
     kept: list[Hump] = []
-    for hump in sorted(found, key=lambda one: -one.ridge_mm):
+    for hump in found:
         if not any(one.covers(np.array(hump.place_mm)) for one in kept):
             kept.append(hump)
     return tuple(kept)
@@ -145,12 +154,16 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     ny, nx = (n // step for n in seen.values.shape[:2])
     part = seen.values[: ny * step, : nx * step]
     known = np.isfinite(part)
-    share, total = (
-        cv2.resize(one.astype(np.float64), (nx, ny), interpolation=cv2.INTER_AREA)
-        for one in (known, np.where(known, part, 0.0))
-    )
-    known = share > 0.5 - 1e-9
-    mean = np.where(known, total / np.maximum(share, 0.5), np.nan)
+
+    def summed(of: NDArray[Any], kind: type) -> NDArray[Any]:
+        rows: NDArray[Any] = of[:, ::step].astype(kind)  # NumPy's sum over both axes at once takes longer
+        for k in range(1, step):
+            rows += of[:, k::step]
+        return np.asarray(rows.reshape(ny, step, nx).sum(axis=1))
+
+    count, total = summed(known, np.int64), summed(np.where(known, part, 0), np.float64)
+    known = 2 * count >= step**2
+    mean = np.where(known, total / np.maximum(count, 1), np.nan)
     level = float(np.median(mean[known])) if known.any() else 0.0
     # A median over three cells takes away what the outlier filter left, which is no wider than one.
     calm = cv2.medianBlur(np.where(known, mean - level, 0.0).astype(np.float32), 3).astype(np.float64) + level
@@ -160,28 +173,80 @@ def _coarse(seen: Grid, cell_mm: float) -> Grid:
     return Grid(values, origin, step * float(seen.spacing_mm))
 
 
-def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[tuple[int, int]]:
-    """Return the rows and columns that stand highest above what the quadratic surface through a ring predicts."""
+def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[_Top]:
+    """Return the places that stand highest above what the ring round them predicts, or lines through them."""
     cells = radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
     if min(coarse.values.shape) < 2 * reach + 1:
         return []
-    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
-    ring = (np.hypot(u, v) > 1) & (np.hypot(u, v) <= _OUTER)
-    terms = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v])
+    v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    ring = (np.hypot(u, v) > cells) & (np.hypot(u, v) <= _OUTER * cells)
     kernel = np.zeros(ring.shape)
-    kernel[ring] = np.linalg.pinv(terms[:, ring].T)[0]
+    terms = _quadratic(u[ring] / cells, v[ring] / cells)
+    kernel[ring] = product(terms, np.linalg.solve(product(terms.T, terms), np.eye(terms.shape[1])[0]))
     known = np.isfinite(coarse.values)
-    heights = np.where(known, coarse.values - float(np.nanmedian(coarse.values)), 0.0)
+    level = float(np.median(coarse.values[known])) if known.any() else 0.0
+    heights = np.where(known, coarse.values - level, 0.0)
     above = heights - cv2.filter2D(heights, -1, kernel, borderType=cv2.BORDER_CONSTANT)
-    side = 2 * max(1, int(cells / 2)) + 1
-    rows, columns = np.nonzero((above >= cv2.dilate(above, np.ones((side, side)))) & known & (above > _LEAST_MM))
-    if ply_outline is not None and len(rows):
-        xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
-        on = pocket.inside(ply_outline, xy)
-        rows, columns = rows[on], columns[on]
-    tops = np.argsort(-above[rows, columns])[:_MOST]
-    return list(zip(rows[tops].tolist(), columns[tops].tolist(), strict=True))
+    disc = (np.hypot(u, v) <= _OUTER * cells).astype(np.float64)
+    share = cv2.filter2D(known.astype(np.float64), -1, disc / disc.sum(), borderType=cv2.BORDER_CONSTANT)
+    able = known & (share >= _SEEN)
+    along, ways = _above_lines(np.where(known, heights, np.nan).astype(np.float32), cells, reach)
+    tops: list[_Top] = []
+    for standing, of in ((above, None), (along, ways)):
+        side = 2 * max(1, int(cells / 2)) + 1
+        rows, columns = np.nonzero(
+            (standing >= cv2.dilate(standing, np.ones((side, side)))) & able & (standing > _LEAST_MM)
+        )
+        if ply_outline is not None and len(rows):
+            xy = coarse.origin_mm + coarse.spacing_mm * np.stack([columns, rows], axis=1)
+            on = pocket.inside(ply_outline, xy)
+            rows, columns = rows[on], columns[on]
+        for k in np.argsort(-standing[rows, columns])[:_MOST]:
+            way = None if of is None else _WAYS[of[rows[k], columns[k]]]
+            tops.append((int(rows[k]), int(columns[k]), way))
+    return tops
+
+
+def _above_lines(
+    heights: NDArray[np.float32], cells: float, reach: int
+) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Return by how much each place stands above the calmest of the lines through it, and which of `_WAYS` that is.
+
+    A line predicts a place by a parabola through what lies one to two radii off on both sides. It is calm if its
+    neighbours predict their places: on a mold that is straight in one direction, as a spar is, such lines are calm.
+    """
+    ny, nx = heights.shape
+    far = reach + max(max(way) for way in _EIGHT)  # rounding lengthens a line by half of a way
+    padded = np.pad(heights, far, constant_values=np.nan)
+    best, calmest = np.zeros((ny, nx), np.float32), np.full((ny, nx), np.inf, np.float32)
+    ways = np.zeros((ny, nx), np.int64)
+    for number, (right, down) in enumerate(_WAYS):
+        long = np.hypot(right, down)
+        steps = np.unique(np.linspace(np.ceil(cells / long), np.round(_OUTER * cells / long), 3).astype(int))
+        weights = np.linalg.pinv(np.stack([np.ones(len(steps)), steps**2.0], axis=1))[0]
+        above = heights.copy()
+        for k, weight in zip(steps, weights, strict=True):
+            for sign in (-k, k):
+                i, j = far + sign * down, far + sign * right
+                above -= np.float32(weight / 2) * padded[i : i + ny, j : j + nx]
+        rows, columns = np.divmod(np.flatnonzero(above > _LEAST_MM), nx)  # no NaN is
+        beside = []
+        for k in cells * np.outer((-1, 1), np.linspace(1, _OUTER, 5)).ravel() / long:
+            i, j = np.rint(rows + k * right).astype(int), np.rint(columns - k * down).astype(int)
+            within = (i >= 0) & (i < ny) & (j >= 0) & (j < nx)
+            beside.append(np.where(within, above[np.clip(i, 0, ny - 1), np.clip(j, 0, nx - 1)], np.nan))
+        off = np.sqrt(np.mean(np.square(beside), axis=0))
+        calm = (off <= _SMOOTH * above[rows, columns]) & (off < calmest[rows, columns])
+        at = rows[calm], columns[calm]
+        best[at], calmest[at], ways[at] = above[at], off[calm], number
+    return best, ways
+
+
+def _surface(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
+    """Return the quadratic surface through a ring."""
+    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
+    return np.asarray(product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape))
 
 
 def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
@@ -198,66 +263,46 @@ def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Flo
     return np.asarray(bent + level(part - bent))
 
 
-def _off_mm(parts: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats, least: float) -> Floats:
-    """Return how far the rings of maps (N, n, n) are off their `_profile`s, by the sums of the powers of u alone.
-
-    A ring with fewer cells than `least` is too far off for any hump.
-    """
-    powers = u[0] ** np.arange(5)[:, None]
-    heights = np.where(ring, parts, 0.0)
-    of_u = np.einsum("nvu,ku->knv", ring.astype(np.float64), powers)  # in each row
-    of_z = np.einsum("nvu,ku->knv", heights, powers[:3])
-    along, count = v[:, 0], np.maximum(of_u[0], 1)
-    first = np.stack([of_u[1], of_u[2], along * of_u[1], of_z[0]])  # of the terms and the heights
-    second = np.empty((4, 4, *count.shape))
-    second[:3, :3] = [
-        [of_u[2], of_u[3], along * of_u[2]],
-        [of_u[3], of_u[4], along * of_u[3]],
-        [along * of_u[2], along * of_u[3], along**2 * of_u[2]],
-    ]
-    second[3, :3] = second[:3, 3] = of_z[1], of_z[2], along * of_z[1]
-    second[3, 3] = np.einsum("nvu,nvu->nv", heights, heights)
-    normal = (second - first[:, None] * first / count).sum(axis=-1).transpose(2, 0, 1)
-    seen = of_u[0].sum(axis=1)
-    few = seen < least
-    normal[few] = np.eye(4)
-    factors = np.linalg.solve(normal[:, :3, :3], normal[:, :3, 3:])
-    squares = normal[:, 3, 3] - np.einsum("nij,nij->n", factors, normal[:, :3, 3:])
-    return np.where(few, HIGHEST_MM, np.sqrt(np.maximum(squares, 0.0) / np.maximum(seen, 1)))
+def _quadratic(u: Floats, v: Floats) -> Floats:
+    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
 
 
 def _hump(
-    coarse: Grid, top: tuple[int, int], radius_mm: float, angles_deg: tuple[float, ...], recipe: Recipe
+    coarse: Grid,
+    row: int,
+    column: int,
+    way: tuple[int, int] | None,
+    radius_mm: float,
+    angles_deg: tuple[float, ...],
+    recipe: Recipe,
 ) -> Hump | None:
     """Measure a hump; None if its surroundings are not smooth."""
-    (row, column), cells = top, radius_mm / coarse.spacing_mm
+    cells = radius_mm / coarse.spacing_mm
     reach = int(np.ceil(_OUTER * cells))
     v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1] / cells
     far, around = np.hypot(u, v), int(np.ceil(np.sqrt(2) * reach)) + 1
     left, low = max(0, column - around), max(0, row - around)
     near = coarse.values[low : row + around + 1, left : column + around + 1]
 
-    def turned(turns: Floats, every: int) -> tuple[Floats, NDArray[np.bool_], Floats]:
-        """Return the maps turned by these angles, where their rings were seen, and how far these are off a profile."""
-        some = slice(None, None, every), slice(None, None, every)  # of the cells
-        c, s = (cells * of(turns)[:, None, None] for of in (np.cos, np.sin))
-        x, y = column - left + c * u[some] - s * v[some], row - low + s * u[some] + c * v[some]
-        parts = _between(near, x.reshape(-1, x.shape[2]), y.reshape(-1, x.shape[2])).reshape(x.shape)
-        wanted = (far[some] > 1) & (far[some] <= _OUTER)
-        ring = np.isfinite(parts) & wanted
-        return parts, ring, _off_mm(parts, ring, u[some], v[some], _SEEN * np.count_nonzero(wanted))
+    def turned(turn: float) -> tuple[Floats, Floats, float]:
+        """Return what is below, the hump above it, and how far the ring is off, on a map turned by an angle."""
+        c, s = cells * np.cos(turn), cells * np.sin(turn)
+        part = _between(near, column - left + c * u - s * v, row - low + s * u + c * v)
+        ring = np.isfinite(part) & (far > 1) & (far <= _OUTER)
+        if np.count_nonzero(ring) < 30:
+            return part, part, np.inf
+        below = (_surface if way is None else _profile)(part, ring, u, v)
+        return below, part - below, float(np.sqrt(np.mean((part - below)[ring] ** 2)))
 
-    turn = _TURNS[np.argmin(turned(_TURNS, 2)[2])]
-    for apart in _NEARER:  # where the mold is straightest: a parabola through the squares of how far the ring is off
-        less, here, more = turned(turn + apart * np.array([-1, 0, 1]), 2)[2] ** 2
-        bend = less + more - 2 * here
-        if bend > 0:
-            turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
-    part, ring, off = (of[0] for of in turned(np.array([turn]), 1))
-    if off == HIGHEST_MM:
-        return None
-    below = _profile(part, ring, u, v)
-    hump = part - below
+    turn = 0.0
+    if way is not None:  # where the mold is straightest: a parabola through the squares of how far the ring is off
+        turn = float(np.arctan2(way[1], way[0]))
+        for apart in _TURNS:
+            less, here, more = (turned(turn + k * apart)[2] ** 2 for k in (-1, 0, 1))
+            bend = less + more - 2 * here
+            if bend > 0:
+                turn += apart * float(np.clip(0.5 * (less - more) / bend, -1, 1))
+    below, hump, off = turned(turn)
     height = float(np.nan_to_num(hump[reach, reach]))
     if not _LEAST_MM <= height < HIGHEST_MM or off > _SMOOTH * height:
         return None
@@ -265,7 +310,7 @@ def _hump(
     excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)
     x, y = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
-    if area < np.pi * (_FILLS * radius_mm) ** 2:  # a flaw, a ripple of the mold, or a smaller radius suits it
+    if area < _LEAST_MM2:
         return None
     # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
     kept = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
