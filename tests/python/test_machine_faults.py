@@ -365,7 +365,8 @@ def test_a_command_that_is_ended_at_any_instant_leaves_nothing_half_done(cell, c
         ends.append(process.returncode)
         lasted *= 0.8 if process.returncode in wholes else 1.0
         if process.returncode == 130:
-            assert said == f"debulk {command.split()[0]}: ended by {sign.name}\n"
+            # asyncua may add that a task of its own was not awaited
+            assert said.startswith(f"debulk {command.split()[0]}: ended by {sign.name}\n") and "Traceback" not in said
         end = time.monotonic() + 30
         while left := left_of(process.pid):
             assert time.monotonic() < end, left
