@@ -247,8 +247,8 @@ CHECK_TEXTS = (
     CheckText(
         "smoothed",
         "The scan was smoothed",
-        "whether neighbouring points share their noise, and how wide the step at the ply's edge is, and, where "
-        "neither is known, whether anything in the scan is sharp",
+        "whether neighbouring points share their noise, how wide the step at the ply's edge is, and, where neither is "
+        "known, whether anything in the scan is sharp",
         "`clean.fine_mm`, or a pixel if that is wider",
         "switch the smoothing off, give the raw cloud, or allow for it (`clean.fine_mm`); set the scanner's focus",
         (UNDECIDED,),

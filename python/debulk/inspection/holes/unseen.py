@@ -69,8 +69,7 @@ def _of_hole(
     """Judge a hole by the ridge of what the fibres show there and what it can hide besides; None: that is harmless.
 
     A hole that was filled in or bridged, in a pocket's foot or no farther from it than it is wide, is judged with the
-    pocket. One that the mask
-    causes hides nothing, unless something stands at its rim: another scan would not show it either.
+    pocket. One that the mask causes hides nothing, unless something stands at its rim: another scan would not show it.
     """
     material = recipe.material
     if hidden and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
