@@ -11,8 +11,12 @@ Floats = NDArray[np.float64]
 def inside(polygon: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
     """Even-odd rule, for arrays of any shape."""
     result = np.zeros(np.shape(x), dtype=bool)
+    if result.size == 0:
+        return result
+    low, high, left = y.min(), y.max(), x.min()
     for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        if y0 != y1:
+        met = min(y0, y1) <= high and max(y0, y1) > low and max(x0, x1) >= left  # by a ray to the right
+        if met and y0 != y1:
             result ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
     return result
 

@@ -54,6 +54,8 @@ class Truth:
         height = np.full(x.shape, self.thickness_mm)
         for bump in (*self.pockets, *self.decoys):
             bell = bump.bell
+            if not all(np.any(np.abs(at - c) < bell.radii_mm[0]) for at, c in zip((x, y), bell.centre_mm, strict=True)):
+                continue  # most bells are far from a line of points
             near = np.hypot(x - bell.centre_mm[0], y - bell.centre_mm[1]) < bell.radii_mm[0]
             height[near] += bell.rise(x[near], y[near])
         return np.where(self._ply.inside(x, y), height, 0.0)
