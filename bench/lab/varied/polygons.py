@@ -13,7 +13,8 @@ def inside(polygon: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
     result = np.zeros(np.shape(x), dtype=bool)
     if result.size == 0:
         return result
-    low, high, left = y.min(), y.max(), x.min()
+    low, left = (np.fmin.reduce(v, axis=None) for v in (y, x))  # NaN lies outside
+    high = np.fmax.reduce(y, axis=None)
     for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         met = min(y0, y1) <= high and max(y0, y1) > low and max(x0, x1) >= left  # by a ray to the right
         if met and y0 != y1:
