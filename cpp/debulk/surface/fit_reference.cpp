@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -12,11 +13,12 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/core/pool.hpp"
 #include "debulk/surface/cliffs.hpp"
 #include "debulk/surface/fill_nodes.hpp"
 #include "debulk/surface/misfit.hpp"
 #include "debulk/surface/pooled.hpp"
-#include "debulk/surface/row_moments.hpp"
+#include "debulk/surface/strip_moments.hpp"
 
 namespace debulk {
 namespace {
@@ -42,10 +44,10 @@ struct Quadratic {
     for (std::size_t b = 0; b < 5; ++b)
       for (std::size_t a = 0; a + b < 5; ++a) weights[b][a] += y[b] * row[a];
   }
-  // From the sums that RowMoments gives for several nodes.
+  // From the sums that StripMoments gives for several nodes.
   void set_weights(const double* sums) {
-    for (std::size_t b = 0; b < 5; ++b)
-      for (std::size_t a = 0; a + b < 5; ++a, sums += kTogether) weights[b][a] = *sums;
+    for (std::size_t a = 0; a < 5; ++a)
+      for (std::size_t b = 0; a + b < 5; ++b, sums += kTogether) weights[b][a] = *sums;
   }
   void set_heights(const double* sums) {
     for (std::size_t b = 0; b < 3; ++b)
@@ -89,7 +91,7 @@ struct Factors {
 // The fits round the nodes that are wanted (all, if `wanted` is empty). Their height is NaN if there is too little to
 // fit to.
 Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes, const FitWindow& window, const Grid<std::uint8_t>& wanted,
-                               RowMemory& memory, int threads, const Stop& stop) {
+                               Pool<StripMoments>& memory, int threads, const Stop& stop) {
   const int reach = window.reach;
   Quadratic full;
   for (int d = -reach; d <= reach; ++d) full.add_weights(window.all, window.at(d));
@@ -97,36 +99,33 @@ Grid<Quadratic::Fit> fit_nodes(const Grid<float>& heights, const FitNodes& nodes
   const double limit = noisier * complete_factors.variance;
 
   Grid<Quadratic::Fit> out(nodes.nx, nodes.ny, heights.position(nodes.first_i, nodes.first_j), nodes.step * heights.spacing);
-  const RowMoments rows(heights, nodes, window, wanted, memory, threads, stop);
-  parallel_for(nodes.ny, 4, threads, stop, [&](long begin, long end) {
-    for (int j = static_cast<int>(begin); j < end; ++j) {
+  parallel_for((nodes.nx + kTogether - 1) / kTogether, 1, threads, stop, [&](long strip, long) {
+    const int first = static_cast<int>(strip) * kTogether, last = std::min(first + kTogether, nodes.nx);
+    const std::shared_ptr<StripMoments> moments = memory.borrow();
+    moments->read(heights, nodes, window, first, wanted);
+    for (int j = 0; j < nodes.ny; ++j) {
       const int middle = nodes.first_j + j * nodes.step;
       const int low = std::max(0, middle - reach), high = std::min(heights.ny - 1, middle + reach);
       if (low > high) continue;  // the node lies beyond the border
-      for (int first = 0; first < nodes.nx; first += kTogether) {
-        const int last = std::min(first + kTogether, nodes.nx);
-        const auto asked = [&](int i) { return wanted.size() == 0 || wanted.at(i, j) != 0; };
-        bool any = false;
-        for (int i = first; i < last; ++i) any = any || asked(i);
-        if (!any) continue;
-        double found[kSquareSums * kTogether], weights[kSquareWeights * kTogether];
-        rows.add_up(first, low, high, middle, found);
-        std::array<std::uint8_t, kTogether> complete = rows.all_complete(first, low, high);
-        if (high - low < 2 * reach) complete.fill(0);
-        if (std::find(complete.begin(), complete.end(), 0) != complete.end()) rows.add_up_weights(first, low, high, middle, weights);
-        for (int i = first; i < last; ++i) {
-          if (!asked(i)) continue;
-          Quadratic sums;
-          sums.set_heights(found + (i - first));
-          Quadratic::Fit& fit = out.at(i, j);
-          if (complete[static_cast<std::size_t>(i - first)]) {
-            fit = complete_factors.fit(sums);
-            continue;
-          }
-          sums.set_weights(weights + (i - first));
-          const Factors factors(sums.normal());
-          if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
+      const auto asked = [&](int i) { return wanted.size() == 0 || wanted.at(i, j) != 0; };
+      bool any = false;
+      for (int i = first; i < last; ++i) any = any || asked(i);
+      if (!any) continue;
+      double found[kSquareSums * kTogether], weights[kSquareWeights * kTogether];
+      moments->add_up(low, high, middle, found);
+      const unsigned complete = moments->add_up_weights(low, high, middle, weights);
+      for (int i = first; i < last; ++i) {
+        if (!asked(i)) continue;
+        Quadratic sums;
+        sums.set_heights(found + (i - first));
+        Quadratic::Fit& fit = out.at(i, j);
+        if ((complete >> (i - first) & 1U) != 0) {
+          fit = complete_factors.fit(sums);
+          continue;
         }
+        sums.set_weights(weights + (i - first));
+        const Factors factors(sums.normal());
+        if (factors.variance > 0 && factors.variance <= limit) fit = factors.fit(sums);
       }
     }
   });
@@ -160,7 +159,7 @@ Grid<std::uint8_t> halved(const Grid<std::uint8_t>& bent, int times) {
 // narrower one. At the `bent` nodes they are from the least window, halved as many times as is marked there. `fits` keeps
 // those in the least window and in its doubles for another call with the same heights.
 Grid<double> fit_heights(const Grid<float>& heights, const FitNodes& nodes, int reach, int doublings, const Grid<std::uint8_t>& bent,
-                         std::vector<Grid<Quadratic::Fit>>& fits, RowMemory& memory, int threads, const Stop& stop) {
+                         std::vector<Grid<Quadratic::Fit>>& fits, Pool<StripMoments>& memory, int threads, const Stop& stop) {
   while (static_cast<int>(fits.size()) <= doublings)
     fits.push_back(fit_nodes(heights, nodes, FitWindow(reach << fits.size()), {}, memory, threads, stop));
   std::vector<Grid<Quadratic::Fit>> narrow;
@@ -232,7 +231,7 @@ Reference fit_reference(const Grid<float>& heights, const FitOptions& options, i
   const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);
   Grid<std::uint8_t> bent;
   std::vector<Grid<Quadratic::Fit>> fits;
-  RowMemory memory;
+  Pool<StripMoments> memory;  // fresh pages for each would take a while
   const auto fitted = [&](int doublings) {
     Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, fits, memory, threads, stop);
     if (below.size() != 0) go_on_over_cliffs(out, below);
