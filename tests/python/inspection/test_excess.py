@@ -9,6 +9,7 @@ import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
 from debulk.inspection.evaluate import evaluation
+from debulk.inspection.lines.by_runs import criteria
 from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.report import PocketReport
 
@@ -267,3 +268,9 @@ def test_without_an_outline_a_ply_lifted_at_its_edge_is_no_crease_by_the_cliff_t
 def test_an_unknown_criterion_is_named():
     with pytest.raises(InputError, match="criterion"):
         Recipe(verdict={"criterion": "rms"})
+
+
+def test_the_limits_of_a_recipe_are_compiled_once():
+    recipe = Recipe(verdict={"max_ridge_mm": 0.7})
+    assert criteria(recipe) is criteria(recipe) is not criteria(recipe, "paper")
+    assert criteria(Recipe()).max_ridge_height_mm == 0.6 != criteria(recipe).max_ridge_height_mm

@@ -276,7 +276,8 @@ def test_a_hole_counts_by_what_it_hides_and_what_the_fibres_show_there(
     runs = SimpleNamespace(largest=Grid(np.full((20, 20), shown_mm), np.array([-20.0, -20.0]), 2.0))
     one = hole(filled=filled, thickness=wide_mm)
     found: Any = SimpleNamespace(holes=((one, False),), runs=runs, dropped=())
-    doubts = unseen.findings(found, (), debulk.Recipe())
+    others: Any = () if counts else (SimpleNamespace(half_seen=None),)  # without an outline to look in: no need for one
+    doubts = unseen.findings(found, others, debulk.Recipe())
     assert [doubt.at_best for doubt in doubts] == [Verdict.UNDECIDED] * counts
     for doubt in doubts:
         bell = bell_excess_mm(wide_mm * np.tan(np.pi / 6) / np.pi, wide_mm)  # whose flank has 30 degrees

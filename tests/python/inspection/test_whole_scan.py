@@ -65,3 +65,18 @@ def test_what_a_mask_hides_was_not_seen():
     assert found.unseen.coverage == same.unseen.coverage
     with pytest.raises(debulk.InputError, match=r"mask: expected the shape of the scan's image, \(960, 1280\)"):
         inspector(inspector(one.reference, None).prepared, mask[:, :-1]).find(scan)
+
+
+def test_a_scan_that_shows_too_little_is_doubted_whatever_comes_of_its_pockets(monkeypatch):
+    """They are looked for while what was not seen is measured."""
+
+    def refused(*_):
+        raise debulk.InputError("the noise of so few heights")
+
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(laid_ply.bell(0, 0, 60, 6))
+    monkeypatch.setattr(inspector._finder._front, "pockets", refused)
+    few = scan.copy()
+    few[: int(0.7 * len(few))] = np.nan
+    assert "no pocket was looked for" in inspector.find(few).doubt
+    with pytest.raises(debulk.InputError, match="few heights"):
+        inspector.find(scan)

@@ -14,6 +14,7 @@ from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
 from debulk.inspection.ply.hidden import harmless_mm2
 from debulk.inspection.ply.setup import Setup
+from debulk.inspection.running.cycle import in_parallel
 from debulk.recipe import options
 
 _FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
@@ -48,11 +49,13 @@ class WholeScanFinder:
         listed.area_tol_mm2 = min(
             listed.area_tol_mm2, 2 * harmless_mm2(self._recipe)
         )  # filled ones: from half of it on
-        overview, unseen = front.overview(listed)
-        if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
-            return Found(None, unseen, overview, times_ms, doubt=self._why_so_little(points, stop))
-        wanted = options.segment(self._recipe, self._setup.outline)
-        part = front.pockets(wanted, options.feet(self._recipe), stop)
+        wanted, feet = options.segment(self._recipe, self._setup.outline), options.feet(self._recipe)
+        search = in_parallel(stop, lambda: front.pockets(wanted, feet, stop), self._recipe.run.threads)
+        with search as found:  # its steps leave cores idle
+            overview, unseen = front.overview(listed)
+            if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
+                return Found(None, unseen, overview, times_ms, doubt=self._why_so_little(points, stop))
+            part = found()
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(part, unseen, overview, times_ms)
 

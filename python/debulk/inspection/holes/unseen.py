@@ -74,11 +74,11 @@ def _of_hole(
     material = recipe.material
     if hidden and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
         return None
-    if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
-        return None
     most_mm = excess.ridge_of(_shown_mm(hole, found) + hidden_mm(hole.thickness), recipe)
     limit_mm = recipe.verdict.max_ridge_mm
-    if most_mm <= limit_mm:
+    if most_mm <= limit_mm:  # most are
+        return None
+    if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
         return None
     reason = f"{_name(hole, hidden)}, where a ridge of {most_mm:.2f} mm could lie unseen: scan again"
     return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", _pair(hole.centre))

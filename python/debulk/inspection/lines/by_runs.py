@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -89,6 +90,7 @@ def with_section(judged: Judgement, bridge: Bridge, recipe: Recipe, *, compliant
     return replace(judged, reason=reason, remedy=_SMOOTH_IN if judged.verdict is Verdict.UNDECIDED else judged.remedy)
 
 
+@functools.lru_cache(maxsize=16)  # each pocket asks for them several times
 def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> verdict.Criteria:
     """Take the limits from the recipe, and the criterion, too, unless another is given."""
     return verdict.Criteria.from_core(options.criteria(recipe, criterion))

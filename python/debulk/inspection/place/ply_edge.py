@@ -191,7 +191,9 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
     unknown = np.isnan(lifted) | edges[place, None]
     lifted[unknown] = 0.0
     lifted[(lifted < LIMITS.lifted_mm) | (lifted > HIGHEST_MM)] = 0.0
-    calm = np.median([np.roll(lifted, k, axis=0) for k in (-1, 0, 1)], axis=0)  # without single points
+    before, after = np.roll(lifted, 1, axis=0), np.roll(lifted, -1, axis=0)
+    low, high = np.minimum(before, after), np.maximum(before, after)
+    calm = np.clip(lifted, low, high)  # the middle one of three: without single points
     excess = np.hypot(np.diff(calm, axis=0, append=calm[:1]), LIMITS.along_mm) - LIMITS.along_mm
     excess[unknown | np.roll(unknown, -1, axis=0)] = 0.0
     half = round(0.5 * STRETCH_MM / LIMITS.along_mm)
