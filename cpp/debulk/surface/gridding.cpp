@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -30,17 +31,56 @@ struct FineGrid {
   const Grid<float>& grid;
   int times;
   int columns() const { return grid.nx * times; }
-  double line(double y) const { return (y - grid.origin.y()) / grid.spacing * times + (times - 1) / 2; }
+  int middle() const { return (times - 1) / 2; }
+  double line(double y) const { return (y - grid.origin.y()) / grid.spacing * times + middle(); }
+};
+
+// A row of squares between two rows of corners, and the band of lines in which they are drawn.
+struct SquareRow {
+  const float *u, *v, *z;  // the upper corners', in lines and columns from the tile's first corner on, and mm
+  std::size_t pitch, count;
+  float longest_squared, cells_per_mm;
+  float first_line, last_line, first_column, last_column;  // of the band, from the tile's first corner on
+  float* out;                                              // the highest z so far
+  std::size_t wide;
+};
+
+#define DEBULK_KERNEL "debulk/surface/squares_kernel.inl"
+#include "debulk/core/simd_dispatch.inl"
+
+// Places in the fine grid, counted from a whole line and column, in steps of 2^-16 of its spacing. As long as they are
+// below 256 they are floats without any further rounding, so that neighbouring tiles leave no gap.
+struct Places {
+  double x, y, cells_per_mm;  // of line and column 0
+  double column = 0, line = 0;
+
+  explicit Places(const FineGrid& fine)
+      : x(fine.grid.origin.x() - fine.middle() * fine.grid.spacing / fine.times),
+        y(fine.grid.origin.y() - fine.middle() * fine.grid.spacing / fine.times),
+        cells_per_mm(fine.times / fine.grid.spacing) {}
+  void count_from(double at_x, double at_y) {
+    column = std::floor((at_x - x) * cells_per_mm), line = std::floor((at_y - y) * cells_per_mm);
+  }
+  float u(double at) const { return step((at - x) * cells_per_mm - column); }
+  float v(double at) const { return step((at - y) * cells_per_mm - line); }
+
+ private:
+  static float step(double cells) {
+    constexpr double round = 1.5 * (1ULL << (52 - 16));
+    return static_cast<float>((cells + round) - round);
+  }
 };
 
 // Takes a row of points apart; what was not seen is NaN. Returns how many points were seen.
-DEBULK_WIDE int take_row(const float* __restrict points, int count, double* __restrict x, double* __restrict y, double* __restrict z) {
+DEBULK_WIDE int take_row(const float* __restrict points, int count, const Places& places, float* __restrict u, float* __restrict v,
+                         float* __restrict z) {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  const Places at = places;
   int seen = 0;
   for (int i = 0; i < count; ++i) {
     const float a = points[3 * i], b = points[3 * i + 1], c = points[3 * i + 2], sum = a + b + c;
     const bool is = sum - sum == 0;  // as CloudView::seen
-    x[i] = is ? a : none, y[i] = is ? b : none, z[i] = is ? c : none;
+    u[i] = is ? at.u(a) : none, v[i] = is ? at.v(b) : none, z[i] = is ? c : none;
     seen += is ? 1 : 0;
   }
   return seen;
@@ -51,22 +91,37 @@ DEBULK_WIDE int take_row(const float* __restrict points, int count, double* __re
 struct Corners {
   static constexpr int side = tile_side + 1;
   static constexpr int count = side * side;
-  std::array<double, count> x, y, z, u, v;  // mm, and column and row in the fine grid
+  std::array<float, count> u, v, z;
 
-  void read(const CloudView& cloud, int column, int row, double longest_squared) {
+  // Returns whether there is any point.
+  bool read(const CloudView& cloud, int column, int row, Places& places, double longest_squared) {
     const int wide = std::min(static_cast<int>(side), cloud.width - column), high = std::min(static_cast<int>(side), cloud.height - row);
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    if (wide < side || high < side) x.fill(none), y.fill(none), z.fill(none);
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    if (!begin(cloud, column, row, wide, high, places)) return false;
+    if (wide < side || high < side) u.fill(none), v.fill(none), z.fill(none);
     for (int j = 0; j < high; ++j) {
       const auto at = static_cast<std::size_t>(j * side);
-      if (take_row(cloud.point(column, row + j), wide, &x[at], &y[at], &z[at]) == wide) continue;
+      if (take_row(cloud.point(column, row + j), wide, places, &u[at], &v[at], &z[at]) == wide) continue;
       for (int i = 0; i < wide; ++i)
-        if (z[at + static_cast<std::size_t>(i)] != z[at + static_cast<std::size_t>(i)]) bridge(cloud, column, row, i, j, longest_squared);
+        if (z[at + static_cast<std::size_t>(i)] != z[at + static_cast<std::size_t>(i)])
+          bridge(cloud, column, row, i, j, places, longest_squared);
     }
+    return true;
   }
 
  private:
-  void bridge(const CloudView& cloud, int column, int row, int i, int j, double longest_squared) {
+  // Counts the places from the first point that was seen, at or beside a corner.
+  static bool begin(const CloudView& cloud, int column, int row, int wide, int high, Places& places) {
+    for (int j = std::max(0, row - 1); j < std::min(cloud.height, row + high + 1); ++j)
+      for (int i = std::max(0, column - 1); i < std::min(cloud.width, column + wide + 1); ++i) {
+        const auto at = static_cast<std::size_t>(j) * static_cast<std::size_t>(cloud.width) + static_cast<std::size_t>(i);
+        if (!cloud.seen(at)) continue;
+        places.count_from(cloud.point(at)[0], cloud.point(at)[1]);
+        return true;
+      }
+    return false;
+  }
+  void bridge(const CloudView& cloud, int column, int row, int i, int j, const Places& places, double longest_squared) {
     const auto seen = [&](int a, int b) {
       return a >= 0 && b >= 0 && a < cloud.width && b < cloud.height && cloud.seen(static_cast<std::size_t>(b) * cloud.width + a);
     };
@@ -83,114 +138,34 @@ struct Corners {
     }
     if (!pairs) return;
     const auto at = static_cast<std::size_t>(j * side + i);
-    x[at] = sum.x() / pairs, y[at] = sum.y() / pairs, z[at] = sum.z() / pairs;
+    u[at] = places.u(sum.x() / pairs), v[at] = places.v(sum.y() / pairs), z[at] = static_cast<float>(sum.z() / pairs);
   }
 };
 
-// The compiler takes several of these at once, but not of those of the standard library, which return references.
-inline double lower(double a, double b) {
-  return b < a ? b : a;
-}
-inline double higher(double a, double b) {
-  return a < b ? b : a;
-}
-
-DEBULK_WIDE void place(Corners& corners, double x, double y, double spacing, int times) {
-  const int middle = (times - 1) / 2;
-  for (std::size_t k = 0; k < Corners::count; ++k) {
-    corners.u[k] = (corners.x[k] - x) / spacing * times + middle;
-    corners.v[k] = (corners.y[k] - y) / spacing * times + middle;
-  }
-}
-
-// One triangle of each pair of neighbouring pixels in two rows of pixels. All numbers are those of the triangle alone,
-// so that neighbouring triangles leave no gap.
-struct Triangles {
-  template <class T>
-  using Each = std::array<T, tile_side>;
-  struct Edge {
-    Each<double> u, v, to_u, to_v;  // from the end with the lower v, or with equal v the lower u
-  };
-  std::array<Edge, 3> edges;
-  Each<double> u, v, z, along_u, along_v, lowest, highest;  // a corner, and the plane through it
-  Each<int> from, end;                                      // lines of the fine grid
-  // On one of these lines: the columns, and the height in the first.
-  Each<double> left, right;
-  Each<float> height;
-
-  DEBULK_INLINE float height_at(std::size_t k, double column, double line) const {
-    const double plane = z[k] + along_u[k] * (column - u[k]) + along_v[k] * (line - v[k]);
-    return static_cast<float>(plane < lowest[k] ? lowest[k] : highest[k] < plane ? highest[k] : plane);
-  }
-};
-
-template <bool upper>
-DEBULK_INLINE int prepare(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
-  constexpr auto side = static_cast<std::size_t>(Corners::side);
-  const double *x = &corners.x[top], *y = &corners.y[top], *z = &corners.z[top], *u = &corners.u[top], *v = &corners.v[top];
-  const double first_line = first, last_line = last;
-  int most = 0;
-#pragma GCC ivdep  // the triangles are not the corners
-  for (std::size_t k = 0; k < tile_side; ++k) {
-    // The square's corners are a, b = k + 1, c below a and d below b. Its diagonal is the one with the smaller step in
-    // height or, if a corner is missing, the one through corners that were seen.
-    const double za = z[k], zb = z[k + 1], zc = z[side + k], zd = z[side + k + 1];
-    const bool along_ad = !((zb == zb) & (zc == zc)) | (std::abs(za - zd) <= std::abs(zb - zc));
-    // (a, b, d) and (a, d, c), or (a, b, c) and (b, d, c).
-    const auto p = [=](const double* of) { return upper || along_ad ? of[k] : of[k + 1]; };
-    const auto q = [=](const double* of) { return upper ? of[k + 1] : of[side + k + 1]; };
-    const auto r = [=](const double* of) { return upper && along_ad ? of[side + k + 1] : of[side + k]; };
-    const double px = p(x), py = p(y), pz = p(z), pu = p(u), pv = p(v), qx = q(x), qy = q(y), qz = q(z), qu = q(u), qv = q(v);
-    const double rx = r(x), ry = r(y), rz = r(z), ru = r(u), rv = r(v);
-    const auto near = [=](double dx, double dy, double dz) { return dx * dx + (dy * dy + dz * dz) <= longest_squared; };
-    const bool whole = near(px - qx, py - qy, pz - qz) & near(qx - rx, qy - ry, qz - rz) & near(rx - px, ry - py, rz - pz);
-    const double qu_p = qu - pu, qv_p = qv - pv, qz_p = qz - pz, ru_p = ru - pu, rv_p = rv - pv, rz_p = rz - pz;
-    const double area = qu_p * rv_p - ru_p * qv_p;  // 0: its points belong to its neighbours as well
-    const double low = lower(lower(pv, qv), rv), high = higher(higher(pv, qv), rv);
-    const double from = higher(first_line, std::ceil(higher(low, first_line - 1)));
-    const double to = lower(last_line - 1, std::floor(lower(high, last_line + 1)));
-    const bool drawn = whole & (area != 0) & (from <= to);
-    const int begin = static_cast<int>(drawn ? from : last_line), end = static_cast<int>(drawn ? to + 1 : first_line);
-    out.from[k] = begin, out.end[k] = end;
-    most = end - begin > most ? end - begin : most;
-    out.u[k] = pu, out.v[k] = pv, out.z[k] = pz;
-    out.along_u[k] = (qz_p * rv_p - rz_p * qv_p) / area, out.along_v[k] = (qu_p * rz_p - ru_p * qz_p) / area;
-    out.lowest[k] = lower(lower(pz, qz), rz), out.highest[k] = higher(higher(pz, qz), rz);
-    const bool pq = (pv < qv) | ((pv == qv) & (pu < qu)), qr = (qv < rv) | ((qv == rv) & (qu < ru));
-    const bool rp = (rv < pv) | ((rv == pv) & (ru < pu));
-    Triangles::Edge &one = out.edges[0], &two = out.edges[1], &three = out.edges[2];
-    one.u[k] = pq ? pu : qu, one.v[k] = pq ? pv : qv, one.to_u[k] = pq ? qu : pu, one.to_v[k] = pq ? qv : pv;
-    two.u[k] = qr ? qu : ru, two.v[k] = qr ? qv : rv, two.to_u[k] = qr ? ru : qu, two.to_v[k] = qr ? rv : qv;
-    three.u[k] = rp ? ru : pu, three.v[k] = rp ? rv : pv, three.to_u[k] = rp ? pu : ru, three.to_v[k] = rp ? pv : rv;
-  }
-  return most;
-}
-// Prepares the upper or the lower triangles between the row of corners that begins at `top` and the next, for the lines
-// [first, last). Returns the largest number of lines of one of them.
-DEBULK_WIDE int prepare_upper(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
-  return prepare<true>(corners, top, longest_squared, first, last, out);
-}
-DEBULK_WIDE int prepare_lower(const Corners& corners, std::size_t top, double longest_squared, int first, int last, Triangles& out) {
-  return prepare<false>(corners, top, longest_squared, first, last, out);
-}
-
-// Sets the columns of each triangle on its n-th line, and the height in the first. There are no columns on a line that is
-// not drawn.
-DEBULK_WIDE void cross(Triangles& t, int n, double last_column) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < tile_side; ++k) {
-    const double line = t.from[k] + n;
-    double left = infinity, right = -infinity;
-    for (const Triangles::Edge& e : t.edges) {
-      const bool rises = e.to_v[k] > e.v[k], met = (line >= e.v[k]) & (line <= e.to_v[k]);
-      const double at = e.u[k] + (e.to_u[k] - e.u[k]) * ((line - e.v[k]) / (e.to_v[k] - e.v[k]));
-      const double one = rises ? at : e.u[k], other = rises ? at : e.to_u[k];
-      left = met ? lower(left, lower(one, other)) : left, right = met ? higher(right, higher(one, other)) : right;
+// The mean of the square round each of `count` grid points, in pairs of opposite points; `wide` apart lie its `times` lines.
+DEBULK_INLINE void mean_squares(const float* __restrict lines, int wide, int times, int count, float* __restrict out) {
+  const int middle = times * times / 2, to_end = (times - 1) * (wide + 1);
+  for (int i = 0; i < count; ++i) {
+    const float* square = lines + static_cast<long>(i) * times;
+    double sum = 0, seen = 0;
+    for (int k = 0; k < middle; ++k) {
+      const int at = k / times * wide + k % times;
+      const float one = square[at], opposite = square[to_end - at];
+      const bool both = (one != nothing) & (opposite != nothing);
+      sum += both ? static_cast<double>(one) + opposite : 0.0;
+      seen += both ? 2.0 : 0.0;
     }
-    const double first = higher(0.0, std::ceil(left)), last = lower(last_column, std::floor(right));
-    t.left[k] = first, t.right[k] = line < t.end[k] ? last : -infinity;
-    t.height[k] = t.height_at(k, first, line);
+    const float centre = square[to_end / 2];
+    const bool is = centre != nothing;
+    sum += is ? centre : 0.0, seen += is ? 1.0 : 0.0;
+    out[i] = seen > 0 ? static_cast<float>(sum / seen) : std::numeric_limits<float>::quiet_NaN();
   }
+}
+// Three lines in a square are those of the scanner's own pitch: the compiler takes several squares at once if it knows it.
+DEBULK_WIDE void mean_row(const float* lines, int wide, int times, int count, float* out) {
+  if (times == 1) return mean_squares(lines, wide, 1, count, out);
+  if (times == 3) return mean_squares(lines, wide, 3, count, out);
+  return mean_squares(lines, wide, times, count, out);
 }
 
 // Widens the range of each column by one of its points' coordinates; those that are NaN count for nothing.
@@ -206,27 +181,29 @@ struct Band {
   int first = 0, last = 0, columns = 0;
   std::vector<float> z;
   Corners corners;
-  Triangles triangles;
 
   void begin(int from, int to, int wide) {
     first = from, last = to, columns = wide;
     z.assign(static_cast<std::size_t>(last - first) * static_cast<std::size_t>(columns), nothing);
   }
-  void draw(int most) {
-    const Triangles& t = triangles;
-    for (int n = 0; n < most; ++n) {
-      cross(triangles, n, columns - 1.0);
-      std::array<std::size_t, tile_side> drawn;
-      std::size_t count = 0;
-      for (std::size_t k = 0; k < tile_side; ++k) drawn[count] = k, count += t.left[k] <= t.right[k] ? 1 : 0;
-      for (std::size_t c = 0; c < count; ++c) {
-        const std::size_t k = drawn[c];
-        const int line = t.from[k] + n;
-        float* out = &z[static_cast<std::size_t>(line - first) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(t.left[k])];
-        *out = std::max(*out, t.height[k]);
-        for (double u = t.left[k] + 1; u <= t.right[k]; u += 1) ++out, *out = std::max(*out, t.height_at(k, u, line));
-      }
-    }
+  // Row j of the corners' squares.
+  void draw(int j, const Places& from, double longest_squared) {
+    const auto top = static_cast<std::size_t>(j) * Corners::side;
+    const double cells = from.cells_per_mm;
+    const SquareRow row{&corners.u[top],
+                        &corners.v[top],
+                        &corners.z[top],
+                        Corners::side,
+                        tile_side,
+                        static_cast<float>(longest_squared * cells * cells),
+                        static_cast<float>(cells),
+                        static_cast<float>(first - from.line),
+                        static_cast<float>(last - 1 - from.line),
+                        static_cast<float>(-from.column),
+                        static_cast<float>(columns - 1 - from.column),
+                        z.data(),
+                        static_cast<std::size_t>(columns)};
+    DEBULK_ON(best_isa(), draw(row));
   }
 };
 
@@ -272,37 +249,19 @@ class OrganisedGridding {
   }
 
   void draw(const Tile& tile, Band& band) const {
-    band.corners.read(cloud_, tile.column, tile.row, longest_squared_);
-    place(band.corners, grid_.origin.x(), grid_.origin.y(), grid_.spacing, fine_.times);
+    Places places(fine_);
+    if (!band.corners.read(cloud_, tile.column, tile.row, places, longest_squared_)) return;
     for (int j = 0; j < tile_side; ++j) {
       if (stop_.now()) throw Stopped("the height map was stopped");  // pixels in disorder make triangles as large as the map
-      const auto top = static_cast<std::size_t>(j) * Corners::side;
-      for (const auto& prepared : {prepare_upper, prepare_lower})
-        band.draw(prepared(band.corners, top, longest_squared_, band.first, band.last, band.triangles));
+      band.draw(j, places, longest_squared_);
     }
   }
 
   void average(const Band& band, int begin, int end) {
-    const int times = fine_.times, count = times * times;
-    std::vector<std::size_t> at(static_cast<std::size_t>(count));  // of the k-th point of the square, row by row
-    for (std::size_t k = 0; k < at.size(); ++k) at[k] = k / times * static_cast<std::size_t>(band.columns) + k % times;
-    for (int j = begin; j < end; ++j)
-      for (int i = 0; i < grid_.nx; ++i) {
-        const float* square =
-            &band.z[static_cast<std::size_t>(j * times - band.first) * band.columns + static_cast<std::size_t>(i) * times];
-        const auto fine = [&](int k) { return square[at[static_cast<std::size_t>(k)]]; };
-        double sum = 0;
-        int seen = 0;
-        for (int k = 0; 2 * k < count - 1; ++k) {
-          const float one = fine(k), opposite = fine(count - 1 - k);
-          if (one == nothing || opposite == nothing) continue;
-          sum += static_cast<double>(one) + opposite;
-          seen += 2;
-        }
-        const float centre = fine(count / 2);
-        if (centre != nothing) sum += centre, ++seen;
-        grid_.at(i, j) = seen ? static_cast<float>(sum / seen) : std::numeric_limits<float>::quiet_NaN();
-      }
+    for (int j = begin; j < end; ++j) {
+      const float* lines = &band.z[static_cast<std::size_t>(j * fine_.times - band.first) * static_cast<std::size_t>(band.columns)];
+      mean_row(lines, band.columns, fine_.times, grid_.nx, &grid_.at(0, j));
+    }
   }
 
   CloudView cloud_;

@@ -51,6 +51,32 @@ TEST(Gridding, ReproducesAPlaneAtEverySpacing) {
     }
 }
 
+TEST(Gridding, LeavesNoGapBetweenSquares) {
+  // Points every 0.5 mm and grid points on their sides, diagonals and corners; then the same turned and moved far away, and
+  // beside a tile whose points are spread over metres.
+  for (const double turned : {0.0, 0.4})
+    for (const bool spread : {false, true}) {
+      const Eigen::Rotation2Dd rotation(turned);
+      const Eigen::Vector2d far(turned * 5000, -turned * 7000);
+      Scan cloud = scan(plane, 140, 140, 0.5, 0, 1);
+      for (int j = 0; j < 140; ++j)
+        for (int i = 0; i < 140; ++i) {
+          float* p = &cloud.xyz[3 * (static_cast<std::size_t>(j) * 140 + static_cast<std::size_t>(i))];
+          const Eigen::Vector2d xy = rotation * Eigen::Vector2d(0.5 * (i - 70), 0.5 * (j - 70)) + far;
+          p[0] = static_cast<float>(xy.x()), p[1] = static_cast<float>(xy.y()), p[2] = static_cast<float>(plane(p[0], p[1]));
+          if (spread && i == 3 && j % 32 == 3) p[0] += 3000;  // of the first column of tiles
+        }
+      for (const double spacing : {0.25, 0.125, 1.5}) {
+        const Eigen::Vector2d half(20, 20);
+        Grid<float> grid = covering_grid(far - half, far + half, spacing);
+        grid_heights(cloud.view(), grid);
+        const Errors e = errors(grid, plane);
+        EXPECT_EQ(e.missing, 0) << turned << spread << spacing;
+        EXPECT_LT(e.worst, 2e-3) << turned << spread << spacing;  // float coordinates, metres away
+      }
+    }
+}
+
 TEST(Gridding, AveragesNoiseOnACoarseGridWithoutSlopeBias) {
   const Scan cloud = scan(plane, 500, 460, 0.25, 0.1, 2);
   for (const CloudView& view : {cloud.view(), cloud.flat()}) {
