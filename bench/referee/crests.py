@@ -16,10 +16,10 @@ from pockets import Pocket, all_pockets
 from tables import HERE, Table
 
 from debulk import _core, net, ridge, sheet, solve
-from debulk.inspection.minima.net_crests import net_crests
 from debulk.inspection.minima.ridges import HELD_SPREAD
 from debulk.inspection.ply import polyline
 from debulk.recipe import Recipe
+from lab.net_crests import distance_mm, net_crests
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def compare() -> list[Compared]:
                         engine,
                         name,
                         "layup" if pocket.family == "layup" else "synthetic",
-                        min(float(polyline.distance_mm(line, peak)) for line in lines) / radius_mm,
+                        min(float(distance_mm(line, peak)) for line in lines) / radius_mm,
                         min(abs((direction - fold_deg + 90) % 180 - 90) for direction in directions),
                         polyline.length_mm(lines[0]) / max(float(row["length_mm"]), 1e-9),
                         row["folds"] == "1",
@@ -78,7 +78,7 @@ def compare() -> list[Compared]:
 
 
 def _of_net(laid: net.Net, pocket: Pocket) -> np.ndarray | None:
-    """Return (K, 2) the highest ridge of the minimum that a report draws."""
+    """Return (K, 2) the highest ridge of a minimum."""
     recipe = Recipe()
     found = solve.minimise(sheet.Sheet.of_net(laid, pocket.reference, recipe), starts=2, first_start=1)
     if not found.certified:

@@ -2,8 +2,7 @@
 
 It varies one parameter at a time, and takes draws of Latin-hypercube combinations of all of them, each with its own
 seed. Answers of small nets are held against extended precision (second.py). Writes stress.txt, stress.csv and
-stress.png, and each case that is neither certified nor refused to build/stress, for
-`debulk replay`.
+stress.png, and each case that is neither certified nor refused to build/stress, for `python -m lab.kept_solves`.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from cases import Case, build, latin_hypercube, one_at_a_time
 from second import second
 
 from debulk import InputError, solve
-from debulk.inspection.minima import replay
 from debulk.inspection.minima.laid_pocket import REFUSED
+from lab import kept_solves
 
 LONGEST_MS = 2000.0  # that a solve is meant to take
 SMALL = 150  # nodes of nets whose answers are held against those of extended precision
@@ -91,7 +90,7 @@ def run(job: Job) -> Row:
     elif not solution.certified:
         ending, why = "failed", certificate.failure
         name = f"{group.split(',')[0].replace(' ', '_')}_{max(job.seed, 0)}_{job.number}.json"
-        replay.dump(Path(job.dumps) / name, model, solution, method=job.method)
+        kept_solves.dump(Path(job.dumps) / name, model, solution, method=job.method)
     else:
         ending, why = "compliant" if certificate.compliant else "certified", ""
     movable = model.kinds != 1

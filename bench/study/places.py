@@ -18,14 +18,14 @@ import numpy as np
 from debulk import Inspector, _core, scenes, solve
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.lines.by_runs import by_runs
-from debulk.inspection.minima import ridges, starts
+from debulk.inspection.minima import ridges
 from debulk.inspection.minima.laid_pocket import LaidPocket, lay_pocket
-from debulk.inspection.ply import polyline
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe
-from debulk.results.ridge import RidgeGeometry
+from lab.net_crests import distance_mm, net_crests
 
 COVERED = 0.9
+EDGE_SPREAD = 1.35  # radii: with a band so wide the line of one start says nothing, and no report has it
 
 
 @dataclass(frozen=True)
@@ -60,25 +60,22 @@ def places_of(layup: int, pixels: tuple[int, int], count: int) -> list[Place]:
     return places
 
 
-def _reported(
-    found: FoundPocket, laid: LaidPocket, minimum: solve.Solution, ply: PlyOnMold
-) -> tuple[RidgeGeometry, ...]:
-    foot = found.foot
+def _reported(found: FoundPocket, laid: LaidPocket, minimum: solve.Solution, ply: PlyOnMold) -> list[np.ndarray]:
+    """Return the lines (K, 2) of the reported ridge; at the ply's edge that of the highest ridge of this minimum."""
     if laid.held:
-        return ridges.of_excess(laid, by_runs(found, ply, _core.Stop()).excess, foot)
-    if not minimum.certified:
-        return ()
-    best = laid.post_process(minimum)
-    return ridges.of_minima(laid, starts.Settled(minimum, best, (minimum,), (best,), False), foot)
+        every = ridges.of_excess(laid, by_runs(found, ply, _core.Stop()).excess, found.foot)
+        return [line[:, :2] for ridge in every for line in ridge.lines_mm]
+    crests = net_crests(laid.post_process(minimum), laid.net.neighbours, minimum.nodes_mm) if minimum.certified else []
+    return [crest.points_mm[:, :2] for crest in crests[:1]]
 
 
-def _off(laid: LaidPocket, minimum: solve.Solution, reported: tuple[RidgeGeometry, ...]) -> float | None:
+def _off(laid: LaidPocket, minimum: solve.Solution, reported: list[np.ndarray]) -> float | None:
     """Return the distance of a start's highest ridge from the reported one, mm; None if either has no ridge."""
     found = laid.post_process(minimum).sections if minimum.certified else ()
     if not found or not reported:
         return None
     peak = minimum.nodes_mm[max(found, key=lambda section: section.height_mm).peak, :2]
-    return min(float(polyline.distance_mm(line[:, :2], peak)) for line in reported[0].lines_mm)
+    return min(float(distance_mm(line, peak)) for line in reported)
 
 
 def table(places: list[Place], layups: int, count: int) -> str:
@@ -93,7 +90,7 @@ def table(places: list[Place], layups: int, count: int) -> str:
         "",
         "layups      pockets       pockets  places  median     90 %  95 %   farthest   in the report's band",
     ]
-    for held, band in ((True, ridges.HELD_SPREAD), (False, ridges.EDGE_SPREAD)):
+    for held, band in ((True, ridges.HELD_SPREAD), (False, EDGE_SPREAD)):
         for half, name in ((0, "even"), (1, "odd"), (None, "all")):
             chosen = [p for p in places if p.held is held and half in (None, p.layup % 2)]
             if not chosen:

@@ -38,7 +38,6 @@ EXAMPLES = {
     ),
     "repeat": ("debulk repeat layup.json --scan scan.pcd --reference ref.pcd",),
     "view": ("debulk view layup.json", "debulk view layup.json --pocket 2 --png pocket.png"),
-    "replay": ("debulk replay dumps/20261122T081500_pocket_2.json",),
     "doctor": ("debulk doctor", "debulk doctor --json"),
     "completion": ('eval "$(debulk completion bash)"', "debulk completion zsh > ~/.zfunc/_debulk"),
     "calibrate": ("debulk calibrate cell.sqlite --recipe cell.toml --missed 50 -o proposed.toml",),
@@ -85,7 +84,6 @@ _CODES = {
     "history check": "0 nothing was changed or is missing, 1 something, 2 bad input",
     "diff": "0 nothing differs, 1 something does, 2 bad input",
     "repeat": "0 all figures the same, 1 one differs, 2 bad input",
-    "replay": "0 all solves certified, 1 one is not, 2 bad input",
 }
 
 

@@ -117,16 +117,6 @@ def view(
             print(f"written: {output}")
 
 
-def replay(
-    file: Annotated[list[Path], typer.Argument(help="Solves kept in the recipe's run.dump_folder.")],
-) -> None:
-    """Solve dumped problems again and print what came of them, then and now."""
-    with outcome():
-        from debulk.inspection.minima.replay import main
-
-        raise typer.Exit(main(file))
-
-
 def doctor(as_json: JSON = False) -> None:
     """Show versions, machine and licences, and try a self-test with its certificate."""
     with outcome():

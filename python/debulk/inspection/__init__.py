@@ -1,1 +1,1 @@
-"""From a scan to its report: the inspector, what finds pockets, what evaluates one, and replays of its solves."""
+"""From a scan to its report: the inspector, what finds pockets, and what evaluates one."""

@@ -40,8 +40,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe, trace: 
     pockets = []
     for known in report.pockets:
         inside = pocket.inside_outline(known.outline_mm, filtered)
-        foot = known.foot_outline_mm if known.foot_outline_mm is not None else known.outline_mm
-        between &= ~(inside | pocket.inside_outline(foot, filtered))
+        between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
         measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe)
         pockets.append(
@@ -115,8 +114,9 @@ def placing_of(report: Report, setup: Setup) -> Placing:
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:
     """Refuse a scan that does not show the report's ply in its place, with the reason that an inspection would give."""
-    feet = [p.outline_mm if p.foot_outline_mm is None else p.foot_outline_mm for p in report.pockets]
-    placed = placing.gross(sample) or placing.judge_between(sample, feet, heights)
+    placed = placing.gross(sample) or placing.judge_between(
+        sample, [p.foot_or_outline_mm for p in report.pockets], heights
+    )
     if placed.finding:
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 

@@ -109,7 +109,7 @@ def repeat(
     if angles is None:
         raise InputError("report: its record (trace) has no fibre angles; was the file edited?")
     inspector = Inspector(
-        _recipe(report),
+        Recipe(**report.recipe),
         reference,
         report.ply_outline_mm,
         angles,
@@ -154,13 +154,6 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
 def _hash_of(kept: ArrayTrace | None) -> fingerprint.Hash:
     """Return the fingerprint that a report has of an array."""
     return "xxh3" if kept is not None and kept.xxh3 and not kept.sha256 else "sha256"
-
-
-def _recipe(report: Report) -> Recipe:
-    """Return the recipe of the report, without the folder for dumps: nothing is dumped a second time."""
-    from debulk.recipe import Recipe
-
-    return Recipe(**report.recipe).model_copy(update={"run": {"dump_folder": None}})
 
 
 def _differences(first: Any, again: Any, name: str = "") -> Iterator[str]:

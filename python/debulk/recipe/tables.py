@@ -353,14 +353,9 @@ class Run(Section):
             return "xxh3"
         return "sha256" if self.hash_scan else None
 
-    dump_folder: str | None = Field(
-        default=None,
-        min_length=1,
-        description="folder for the solves that fail or are slow, to be done again by `debulk replay`; unset: none",
-    )
-    slow_ms: Positive = Field(default=1000.0, description="a pocket whose solves take longer than this is slow")
     audit: Share = Field(
         default=0.0,
         description="share of the pockets decided without a net for which one is made, too, to see that it does not "
         "contradict",
     )
+    RETIRED = ("dump_folder", "slow_ms")

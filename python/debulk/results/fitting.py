@@ -11,7 +11,7 @@ from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
 from debulk.results.bridge_section import BridgeSection
 from debulk.results.compose import compose
 from debulk.results.edge_friction import edge_friction_line
-from debulk.results.half_seen import HalfSeen, at_best, half_seen_line
+from debulk.results.half_seen import HalfSeen, at_best, half_seen_line, or_undecided
 from debulk.verdict import Criteria, Verdict, judge
 
 if TYPE_CHECKING:
@@ -137,9 +137,7 @@ def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
 
 
 def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:
-    best = at_best(half, area_tol_mm2)
-    if pocket.promoted and best is Verdict.INVALID:
-        best = Verdict.UNDECIDED  # as any bump below the tolerances that cannot be judged
+    best = or_undecided(at_best(half, area_tol_mm2), pocket.promoted)
     if pocket.verdict < best:
         name = f"pockets[{pocket.id - 1}]"
         why = f"it {half_seen_line(half)}; {best} at best"

@@ -69,6 +69,11 @@ def at_best(half: HalfSeen, area_tol_mm2: float) -> Verdict:
     return verdicts.pop()
 
 
+def or_undecided(verdict: Verdict, promoted: str) -> Verdict:
+    """Return a pocket's verdict; a bump below the tolerances that cannot be judged may crease, and may be nothing."""
+    return Verdict.UNDECIDED if promoted and verdict is Verdict.INVALID else verdict
+
+
 def hole_names(holes: Sequence[HoleBeside]) -> str:
     """Name the largest of the holes, and how many more there are."""
     more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""

@@ -225,9 +225,9 @@ class PocketReport(Record):
     crease_probability
         Probability that its ridge exceeds the limit (docs/probability.md); None: nothing is known of its ridge.
     ridges
-        Where ridges run and what they look like, the decisive one first; empty if there is none, or if a minimum would
-        be needed and there is none. If `excess` is known, there is one ridge, that of the excess, whatever the net at
-        the minimum shows. Otherwise they are the ridges of the net, or of the net with its rim held if that decides.
+        Where the ridge runs that the excess makes, and what it looks like; empty if none stands, or if `excess` is not
+        known, as at the ply's edge, where a ridge may stand anywhere in the pocket. Reports of before 0.9 may have
+        ridges of the net there, the highest first.
     ridge_nodes
         (M,) nodes of the section across the worst ridge, from one foot to the other; None without a ridge.
     bridge_height_mm
@@ -337,6 +337,11 @@ class PocketReport(Record):
         if self.excess is not None:
             return self.excess.elastic_mm
         return self.ridges[0].elastic_mm if self.ridges else None
+
+    @property
+    def foot_or_outline_mm(self) -> PointsXY:
+        """(M, 2) its foot, or its outline where the foot is not known, mold XY."""
+        return self.outline_mm if self.foot_outline_mm is None else self.foot_outline_mm
 
     @property
     def centroid_mm(self) -> tuple[float, float] | None:

@@ -55,10 +55,10 @@ def test_a_pocket_that_closes_only_if_it_slips_is_undecided(slipping_or_not):
     assert both.held_nodes > 2
     assert "friction at the ply's edge decides" in one.reason
     assert "treat it as CREASE, or smooth it" in one.reason
-    # The minima of both ends make the range, and the ridges are those of the end that decides.
+    # The minima of both ends make the range. Where a ridge stands at the ply's edge is not known.
     assert one.ridge_range_mm == (both.slipping.ridge_range_mm[0], both.held.ridge_range_mm[1])
     assert one.ridge_height_mm == both.slipping.ridge_range_mm[1] == 0
-    assert one.ridges[0].height_mm > 0.6
+    assert one.ridges == ()
     assert one.paper_verdict is Verdict.CEASE
     report = Report(verdict=one.verdict, reason=one.reason, pockets=(replace(one, id=1),))
     assert edge_friction_line(both) in table(report)

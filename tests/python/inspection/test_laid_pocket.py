@@ -75,14 +75,14 @@ def test_study_and_inspector_give_one_verdict(laid, report):
         figures = case.figures(solution)
         assert case.judge(solution, figures, [figures]) is p.verdict
         assert figures.rms_mm == p.rms_mm
-        assert one.judge(solution, figures, []).reason == p.reason
+        assert one.judge(solution, [figures]).reason == p.reason
 
 
 @pytest.mark.parametrize("status", REFUSED)
 def test_a_refused_solve_is_invalid_in_both(laid, status):
     solution = replace(solve.minimise(laid[0].sheet), status=status, certified=False, explanation="why not")
     figures = laid[0].post_process(solution)
-    judged = laid[0].judge(solution, figures, [figures])
+    judged = laid[0].judge(solution, [figures])
     assert judged.verdict is Verdict.INVALID
     assert "why not" in judged.reason
     assert Case(4, 1, 100, laid[0], 0.0).judge(solution, figures, [figures]) is Verdict.INVALID
@@ -95,4 +95,4 @@ def test_other_limits_may_be_tried(laid, report):
     assert figures.rms_mm > 0.27
     for max_rms_mm, verdict in ((figures.rms_mm - 0.011, Verdict.CREASE), (figures.rms_mm + 0.011, Verdict.CEASE)):
         recipe = Recipe(verdict={"max_rms_mm": max_rms_mm, "max_ridge_mm": 9.0, "criterion": "paper"})
-        assert laid[rough].judge(solution, figures, [figures], recipe=recipe).verdict is verdict
+        assert laid[rough].judge(solution, [figures], recipe=recipe).verdict is verdict

@@ -6,9 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from debulk import Inspector, Recipe, net, ridge, scenes, section, surface
+from debulk import Inspector, Recipe, net, scenes, section, surface
 from debulk.inspection.minima import ridges
-from debulk.inspection.minima.net_crests import net_crests
 
 GRID_MM = 1.0
 REACH_MM = 70.0
@@ -134,86 +133,6 @@ def test_without_a_ridge_there_is_no_geometry():
     made, reference = laid(30, 30, 5.0, 0, 0)
     assert of_excess(pocket(made, reference, 0.1)) == ()
     assert of_excess(pocket(*laid(30, 30, 0.0, 0, 0), 0.1)) == ()
-
-
-def rows(count, shift=0, spacing=8.0, peak=3.0, turn=0.0):
-    """Net of `count` fibres along x with three nodes each, folded in the middle; every fibre shifted to its last."""
-    half = math.sqrt(spacing**2 - peak**2)
-    nodes, neighbours = [], []
-    for row in range(count):
-        for k, (x, z) in enumerate(((-half, 0), (0, peak), (half, 0))):
-            nodes.append((x, spacing * row, z))
-            here = 3 * row + k
-            above = here + 3 - shift if row + 1 < count and 0 <= k - shift <= 2 else -1
-            below = here - 3 + shift if row and 0 <= k + shift <= 2 else -1
-            neighbours.append((here + 1 if k < 2 else -1, here - 1 if k else -1, above, below))
-    nodes = np.array(nodes)
-    x, y = turned(nodes[:, 0], nodes[:, 1], -turn)
-    return np.column_stack([x, y, nodes[:, 2]]), np.array(neighbours, dtype=np.int32)
-
-
-def settled_on(nodes, neighbours, reference):
-    found = ridge.post_process(
-        nodes, neighbours, np.ones(len(nodes), bool), reference, thickness_mm=0.3, bulk_factor=1.2
-    )
-    solution = SimpleNamespace(nodes_mm=nodes)
-    return SimpleNamespace(solution=solution, best=found, counted=(solution,), every=(found,))
-
-
-def flat_mold():
-    axis = np.zeros((60, 60))
-    return surface.Reference(axis, (-120.0, -120.0), 4.0)
-
-
-@pytest.mark.parametrize("turn", [0.0, 50.0])
-@pytest.mark.parametrize("count", [1, 4])
-def test_a_straight_ridge_of_a_net(count, turn):
-    nodes, neighbours = rows(count, turn=turn)
-    settled = settled_on(nodes, neighbours, flat_mold())
-    made = SimpleNamespace(
-        net=SimpleNamespace(neighbours=neighbours), reference=flat_mold(), excess=None, recipe=Recipe()
-    )
-    (one,) = ridges.of_minima(made, settled, FOOT)
-    assert one.length_mm == pytest.approx(8.0 * count)
-    assert one.length_mm == pytest.approx(settled.best.ridge_length_mm)
-    assert off_deg(one.direction_deg, 90 + turn) < 1e-9
-    assert one.fibre_angle_deg == pytest.approx(90 if count == 1 else 0, abs=1e-9)  # of one fibre none runs along it
-    np.testing.assert_allclose(one.middle_mm, (*turned(0.0, 4.0 * (count - 1), -turn), 0.0), atol=1e-9)
-    assert one.excess_mm == pytest.approx(2 * (8 - math.sqrt(64 - 9)))
-    assert one.height_mm == pytest.approx(settled.best.ridge_height_mm)
-    assert one.mirrored_mm is None
-    # Of a single minimum: 1.35 radii of the foot, but no farther than anything of the foot.
-    assert one.place_spread_mm == pytest.approx(1.35 * 10.0)
-
-
-def test_a_ridge_of_a_net_may_shift_by_a_node_from_fibre_to_fibre():
-    nodes, neighbours = rows(4, shift=1)
-    (one,) = net_crests(settled_on(nodes, neighbours, flat_mold()).best, neighbours, nodes)
-    assert len(one.nodes) == 4
-
-
-def test_ridges_of_a_net_are_ordered_by_height():
-    low, links = rows(3, peak=2.0)
-    high, _ = rows(2, peak=3.0)
-    high[:, 0] += 60.0
-    more = np.array(rows(2)[1])
-    more[more >= 0] += len(low)
-    nodes, neighbours = np.vstack([low, high]), np.vstack([links, more]).astype(np.int32)
-    crests = net_crests(settled_on(nodes, neighbours, flat_mold()).best, neighbours, nodes)
-    assert [len(crest.nodes) for crest in crests] == [2, 3]
-    assert crests[0].section.height_mm > crests[1].section.height_mm
-
-
-def test_the_farthest_of_many_minima_makes_the_band():
-    nodes, neighbours = rows(4)
-    settled = settled_on(nodes, neighbours, flat_mold())
-    elsewhere = SimpleNamespace(nodes_mm=nodes + np.array([5.5, 0.0, 0.0]))
-    settled.counted, settled.every = (settled.solution,) * 7 + (elsewhere,), (settled.best,) * 8
-    made = SimpleNamespace(
-        net=SimpleNamespace(neighbours=neighbours), reference=flat_mold(), excess=None, recipe=Recipe()
-    )
-    (one,) = ridges.of_minima(made, settled, FOOT)
-    assert one.place_spread_mm == pytest.approx(5.5)
 
 
 @pytest.fixture(scope="module")

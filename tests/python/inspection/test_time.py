@@ -148,15 +148,6 @@ def planted(monkeypatch, where, error):
             return whole(found, *rest)
 
         monkeypatch.setattr(evaluation, "lay_pocket", lay)
-    elif where == "keep":
-        whole = evaluation.replay.keep
-
-        def keep(*args, **more):
-            if args[4] == number:
-                raise error
-            return whole(*args, **more)
-
-        monkeypatch.setattr(evaluation.replay, "keep", keep)
     else:
         whole = evaluation.lay_pocket
 
@@ -173,10 +164,10 @@ def planted(monkeypatch, where, error):
         monkeypatch.setattr(evaluation, "lay_pocket", lay)
 
 
-@pytest.mark.parametrize("where", ["lay", "post_process", "judge", "keep"])
+@pytest.mark.parametrize("where", ["lay", "post_process", "judge"])
 @pytest.mark.parametrize("error", [RuntimeError("planted\nhere"), MemoryError(), KeyError("a"), AssertionError()])
 def test_an_error_costs_one_pockets_verdict_and_not_the_report(layup, inspector, monkeypatch, tmp_path, where, error):
-    assert hasattr(LaidPocket, where) or where in ("lay", "keep")
+    assert hasattr(LaidPocket, where) or where == "lay"
     found = inspector.find(layup.scan)
     assert len(found.pockets) > 2
     before = inspector.inspect(layup.scan)

@@ -53,7 +53,7 @@ def test_every_setting_is_described_and_every_dimension_named():
         "node_target", "paths", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
         "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
-        "threads", "dump_folder", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
+        "threads", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
         "height_share",
     }  # fmt: skip
     units = ("_mm", "_mm2", "_mpa", "_kg_m3", "_m_s2", "_ms", "_deg", "_n_mm", "_n_mm3")
@@ -270,7 +270,7 @@ def test_a_limit_to_the_risk_that_was_taken_out_stays_out_in_toml():
 
 
 def test_its_repr_shows_what_is_no_default_and_gives_it_back():
-    recipe = Recipe(net={"node_target": 90}, run={"dump_folder": "a'b"}, clean={"grid_spacing_mm": 2.0})
+    recipe = Recipe(net={"node_target": 90}, segmentation={"cut_height_mm": 3.0}, clean={"grid_spacing_mm": 2.0})
     assert repr(Recipe()) == "Recipe()"
     assert len(repr(recipe)) < 120
     assert eval(repr(recipe)) == recipe

@@ -126,14 +126,11 @@ def _name(hole: pocket.UnseenHole, hidden: bool) -> str:
 
 def _in_a_foot(place_mm: Floats, pockets: Sequence[PocketReport], reach_mm: float = 0.0) -> bool:
     """Return whether a place lies in a pocket's foot (else its outline), or nearer to it than `reach_mm`."""
-    for one in pockets:
-        outline = one.outline_mm if one.foot_outline_mm is None else one.foot_outline_mm
-        if (
-            pocket.inside(outline, place_mm[None])[0]
-            or pocket.distance_to_outline(outline, place_mm[None])[0] < reach_mm
-        ):
-            return True
-    return False
+    return any(
+        pocket.inside(one.foot_or_outline_mm, place_mm[None])[0]
+        or pocket.distance_to_outline(one.foot_or_outline_mm, place_mm[None])[0] < reach_mm
+        for one in pockets
+    )
 
 
 def _pair(values: Floats) -> tuple[float, float]:

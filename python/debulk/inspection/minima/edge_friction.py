@@ -31,8 +31,6 @@ class BothEnds:
     judged: Judgement
     counted: starts.Settled
     """The minima that count: those of both ends if the held ones are certified."""
-    shown: starts.Settled
-    """The minima of the end that decides; their ridges are shown."""
     report: EdgeFriction | None = None
     left_out: tuple[LeftOut, ...] = ()
     late: str = ""
@@ -49,9 +47,9 @@ def at_both_ends(
 ) -> BothEnds:
     """Settle a pocket at the ply's edge also with its rim held, if that can change the verdict of the slipping rim."""
     if "friction" in laid.sheet.left_out:
-        return BothEnds(judged, slipping, slipping)
+        return BothEnds(judged, slipping)
     if laid.recipe.verdict.criterion == "paper" or judged.verdict is not Verdict.CEASE:
-        return BothEnds(judged, slipping, slipping, left_out=(_not_settled(laid),))
+        return BothEnds(judged, slipping, left_out=(_not_settled(laid),))
     rim = net.from_core(_core.net.with_rim_held(laid.net._core))
     held = starts.settle(
         sheet.Sheet.of_net(rim, laid.reference, laid.recipe),
@@ -61,11 +59,10 @@ def at_both_ends(
         judged_as=laid.without_bridge,
     )
     late = held.cut or (stop.past_deadline and not held.solution.certified)
-    if_held = laid.judge(held.solution, held.best, held.every, bridge=bridge, deadline_passed=late)
-    known = held.solution.certified
-    counted = slipping.and_of(held) if known else slipping
+    if_held = laid.judge(held.solution, held.every, bridge=bridge, deadline_passed=late)
+    counted = slipping.and_of(held) if held.solution.certified else slipping
     if if_held.verdict is Verdict.CEASE:
-        together = laid.judge(slipping.solution, slipping.best, counted.every, bridge=bridge)
+        together = laid.judge(slipping.solution, counted.every, bridge=bridge)
     elif late:
         together = Judgement(Verdict.UNDECIDED, if_held.reason, if_held.decided_by)
     else:
@@ -75,7 +72,6 @@ def at_both_ends(
     return BothEnds(
         together,
         counted,
-        held if known and if_held.verdict is not Verdict.CEASE else slipping,
         EdgeFriction(
             slipping=_end(slipping, judged),
             held=_end(held, if_held),

@@ -66,21 +66,19 @@ class LaidPocket:
     def judge(
         self,
         solution: solve.Solution,
-        best: Figures,
-        every: Sequence[Figures],
+        counted: Sequence[Figures],
         *,
         bridge: Bridge | None = None,
         deadline_passed: bool = False,
         recipe: Recipe | None = None,
         criterion: Criterion | None = None,
     ) -> verdict.Judgement:
-        """Judge the pocket by the figures of its best solution, and of every one that counts.
+        """Judge the pocket by its best solution, and by the figures of every one that counts.
 
         A `bridge` counts in place of those of the minima, whose figures are then those of `post_process`. If the
         deadline passed before all starts that the rule asks for were tried, they decide nothing. A recipe with other
         limits than the pocket's own is for studies.
         """
-        counted = every or [best]
         if bridge is not None:
             counted = [self.without_bridge(cast(ridge.PostProcessed, one)) for one in counted]
         bridge_mm = spread([f.bridge_height_mm for f in counted]) if bridge is None else bridge.range_mm

@@ -1,4 +1,4 @@
-"""Polylines in space: their length, their direction, and the distance of a point from one."""
+"""Polylines in space: their length and their direction."""
 
 from __future__ import annotations
 
@@ -33,11 +33,3 @@ def direction_deg(way: Floats) -> float:
     """
     angle = math.degrees(math.atan2(way[1], way[0])) % 180.0
     return angle if angle < 180.0 else 0.0  # the remainder of -1e-20 is rounded to 180
-
-
-def distance_mm(line: Floats, points: Floats) -> Floats:
-    """Return how far (..., 2) points are from a line in the plane, (K, 2)."""
-    from_a, ab = points[..., None, :] - line[:-1], np.diff(line, axis=0)
-    share = np.clip((from_a * ab).sum(axis=-1) / np.maximum((ab**2).sum(axis=-1), 1e-30), 0.0, 1.0)
-    off = from_a - share[..., None] * ab
-    return np.asarray(np.sqrt((off**2).sum(axis=-1)).min(axis=-1))

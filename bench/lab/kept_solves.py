@@ -1,11 +1,10 @@
-"""Solves written to a file, so that they can be repeated elsewhere with ``debulk replay FILE`` (docs/solver.md)."""
+"""Solves written to a file, so that they can be repeated elsewhere: python -m lab.kept_solves FILE..., in bench/."""
 
 from __future__ import annotations
 
 import json
-import logging
+import sys
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,7 +18,6 @@ from debulk.sheet import Sheet
 from debulk.solve import Solution, minimise
 from debulk.surface import Reference
 
-log = logging.getLogger("debulk")
 FORMAT = "debulk-solve-2"
 _MARGIN = 20  # grid spacings around the nodes: the effect of the spline's border falls by a factor of 4 per spacing
 _OPTIONS = {"method", "starts", "first_start", "seed", "tolerance", "max_iterations", "stiffness"}
@@ -94,24 +92,5 @@ def main(paths: list[Path]) -> int:
     return code
 
 
-def keep(
-    ply: Sheet, solution: Solution, refused: bool, took_ms: float, number: int, recipe: Recipe, *, first: int = 0
-) -> None:
-    """Write the solve of pocket `number` into the recipe's folder, if it has one and the solve failed or was slow.
-
-    `first` is the number of the first start that was tried. If the folder cannot be written to, a warning is logged
-    and the verdict is not affected.
-    """
-    folder, wanted = recipe.run.dump_folder, recipe.solve
-    if folder is None or refused or (solution.certified and took_ms <= recipe.run.slow_ms):
-        return
-    path = Path(folder) / f"{datetime.now(UTC):%Y%m%dT%H%M%S}_pocket_{number}.json"
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        options = wanted.model_dump(include={"method", "seed", "tolerance", "max_iterations", "stiffness"})
-        starts = first + max(1, len(solution.minima))
-        dump(path, ply, solution, starts=starts, first_start=first, **options)
-    except OSError as error:
-        log.warning("the solve of pocket %d could not be kept: %s: %s", number, path, error.strerror or error)
-    else:
-        log.info("the solve of pocket %d is kept in %s", number, path)
+if __name__ == "__main__":
+    sys.exit(main([Path(name) for name in sys.argv[1:]]))

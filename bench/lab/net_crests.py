@@ -1,4 +1,7 @@
-"""The crests of a net at a minimum: lines that join the peak of one post-processed section to that of the next."""
+"""The crests of a net at a minimum: lines that join the peak of one post-processed section to that of the next.
+
+No report draws them: from start to start they differ by a radius of the pocket (bench/study/places.txt).
+"""
 
 from __future__ import annotations
 
@@ -82,3 +85,11 @@ def _outward(node: int, links: Links, nodes_mm: Floats, side: int, fibre: int) -
     segment_mm = max(float(np.linalg.norm(end - nodes_mm[node])) for end in ends)
     to_north = 1.0 if (side == _ACROSS[fibre][0]) == (fibre == 0) else -1.0
     return np.asarray(to_north * segment_mm / math.hypot(x, y) * np.array([-y, x, 0.0]))
+
+
+def distance_mm(line: Floats, points: Floats) -> Floats:
+    """Return how far (..., 2) points are from a line in the plane, (K, 2)."""
+    from_a, ab = points[..., None, :] - line[:-1], np.diff(line, axis=0)
+    share = np.clip((from_a * ab).sum(axis=-1) / np.maximum((ab**2).sum(axis=-1), 1e-30), 0.0, 1.0)
+    off = from_a - share[..., None] * ab
+    return np.asarray(np.sqrt((off**2).sum(axis=-1)).min(axis=-1))
