@@ -25,9 +25,11 @@ def refuse_marks(points: NDArray[np.float32], name: str) -> None:
     """
     if not len(points):
         return
-    outermost = np.concatenate([points.argmin(axis=0), points.argmax(axis=0)])
+    columns = points.T.copy()  # NumPy searches a contiguous array several times faster
+    outermost = np.concatenate([columns.argmin(axis=1), columns.argmax(axis=1)])
     for place in (np.zeros(3, dtype=points.dtype), *points[outermost]):
-        at = np.count_nonzero(complete(points == place))
+        alike = points[columns[0] == place[0]]  # few in any real scan; only they are compared in y and z
+        at = np.count_nonzero(complete(alike == place))
         if at > (max(_FEW, _MOST * len(points)) if place.any() else _FEW):
             where = ", ".join(f"{value:g}" for value in place)
             raise InputError(
