@@ -16,7 +16,11 @@ namespace {
 struct FibreLines {
   std::vector<FibreLine> lines;
   Polygon ply;
-  std::unique_ptr<Pool<std::vector<PointGaps>>> memory = std::make_unique<Pool<std::vector<PointGaps>>>();  // of one scan after the other
+  struct Kept {
+    FibreMemory memory;
+    std::shared_ptr<const Reference> mold;  // that the memory knows
+  };
+  std::unique_ptr<Pool<Kept>> kept = std::make_unique<Pool<Kept>>();  // from one scan to the next
 };
 
 Box box_of(const Array<double>& corners) {
@@ -51,12 +55,14 @@ FibreLines along_field(const Array<double>& angles, const Eigen::Vector2d& origi
   return out;
 }
 
-ExcessField measure(const FibreLines& lines, const py::object& heights, const Reference& mold, bool whole, const FibreOptions& options,
-                    const Stop& stop) {
+ExcessField measure(const FibreLines& lines, const py::object& heights, const std::shared_ptr<Reference>& mold, bool whole,
+                    const FibreOptions& options, const Stop& stop) {
   const Grid<float>& given =
       py::isinstance<Segmentation>(heights) ? heights.cast<const Segmentation&>().heights : heights.cast<const Grid<float>&>();
   const py::gil_scoped_release release;
-  return measure_excess(lines.lines, given, lines.ply, mold, whole, options, *lines.memory->borrow(), stop);
+  const auto kept = lines.kept->borrow();
+  if (kept->mold != mold) *kept = {{}, mold};
+  return measure_excess(lines.lines, given, lines.ply, *mold, whole, options, kept->memory, stop);
 }
 
 // One column of the runs.

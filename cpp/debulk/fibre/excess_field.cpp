@@ -45,17 +45,17 @@ class Painter {
 
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
                            bool whole, const FibreOptions& options, const Stop& stop) {
-  std::vector<PointGaps> memory;
+  FibreMemory memory;
   return measure_excess(lines, heights, ply, mold, whole, options, memory, stop);
 }
 
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
-                           bool whole, const FibreOptions& options, std::vector<PointGaps>& memory, const Stop& stop) {
+                           bool whole, const FibreOptions& options, FibreMemory& memory, const Stop& stop) {
   options.check();
   require(heights.nx >= 2 && heights.ny >= 2, "heights", "at least 2 by 2 points", heights.size());
-  const GapTiles tiles(heights, ply, options, stop);
+  const GapTiles tiles(heights, ply, options, stop, whole ? &memory.tiles : nullptr);
   const ScaleBlurs blurs{tiles.fine_blur_mm2(), tiles.coarse_blur_mm2(), kNarrowest * std::max(1.0, heights.spacing * heights.spacing)};
-  const GapsAlong along = GapsAlong::of(lines, tiles, mold, whole, options, memory, stop);
+  const GapsAlong along = GapsAlong::of(lines, tiles, mold, whole, options, memory.points, stop);
   ExcessField out;
   std::vector<LineSpans> read(lines.size());
   parallel_for(static_cast<long>(lines.size()), kChunk, options.threads, stop, [&](long begin, long end) {

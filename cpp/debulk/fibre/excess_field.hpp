@@ -20,12 +20,18 @@ struct ExcessField {
   Grid<std::uint8_t> family;   // per cell, of that run; 0 where none is
 };
 
+// What is used again for the next scan of a ply on its mold: some MB, whose pages cost as much as the sums in them when
+// they are new.
+struct FibreMemory {
+  std::vector<PointGaps> points;
+  TileMemory tiles;  // of whole scans: a window's are elsewhere each time
+};
+
 // Reads the lines over the heights of the ply's upper side above the datum of its thickness (surface/datum.hpp), mm, NaN
-// where nothing is known. `whole`: beyond them nothing is known; otherwise the ply lies flat there. `memory` is used
-// again for the next scan: some MB, whose pages cost as much as the sums in them when they are new. The same input
-// gives the same bits on any number of threads. Throws InputError and Stopped.
+// where nothing is known. `whole`: beyond them nothing is known; otherwise the ply lies flat there. `memory` is that
+// of the scans before. The same input gives the same bits on any number of threads. Throws InputError and Stopped.
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
-                           bool whole, const FibreOptions& options, std::vector<PointGaps>& memory, const Stop& stop = Stop());
+                           bool whole, const FibreOptions& options, FibreMemory& memory, const Stop& stop = Stop());
 ExcessField measure_excess(const std::vector<FibreLine>& lines, const Grid<float>& heights, const Polygon& ply, const Surface& mold,
                            bool whole, const FibreOptions& options, const Stop& stop = Stop());
 

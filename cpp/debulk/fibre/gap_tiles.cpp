@@ -40,8 +40,9 @@ float float_below(double value) {
 
 }  // namespace
 
-GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOptions& options, const Stop& stop)
+GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOptions& options, const Stop& stop, TileMemory* memory)
     : heights_(heights),
+      kept_(memory != nullptr ? memory : &own_),
       thickness_(options.thickness),
       blur_cells2_(options.blur_cells2),
       isa_(options.isa),
@@ -66,7 +67,16 @@ GapTiles::GapTiles(const Grid<float>& heights, const Polygon& ply, const FibreOp
       numbers_[static_cast<std::size_t>(tj) * columns_ + ti] = static_cast<std::int32_t>(raised_.size());
       raised_.push_back({ti, tj});
     }
-  if (!ply.empty() && !raised_.empty()) ply_ = PlyMask(ply, heights_, edge_cells_);
+  const Grid<float>& place = kept_->place;
+  const bool same = place.nx == heights.nx && place.ny == heights.ny && place.origin == heights.origin &&
+                    place.spacing == heights.spacing && kept_->edge_cells == edge_cells_;
+  if (same) return;
+  *kept_ = {};
+  if (raised_.empty()) return;
+  kept_->place.nx = heights.nx, kept_->place.ny = heights.ny, kept_->place.origin = heights.origin, kept_->place.spacing = heights.spacing;
+  kept_->edge_cells = edge_cells_;
+  if (!ply.empty()) kept_->ply = PlyMask(ply, heights_, edge_cells_);
+  if (kept_ != &own_) kept_->mold.resize(numbers_.size());
 }
 
 void GapTiles::look_over(int tile_row, float high, std::vector<std::uint8_t>& above) {
@@ -79,11 +89,12 @@ void GapTiles::look_over(int tile_row, float high, std::vector<std::uint8_t>& ab
 }
 
 bool GapTiles::on_ply(const Eigen::Vector2d& xy) const {
-  if (!ply_.known()) return true;
+  const PlyMask& ply = kept_->ply;
+  if (!ply.known()) return true;
   const Eigen::Vector2d at = heights_.locate(xy);
   if (!(at.minCoeff() >= 0 && at.x() < heights_.nx - 1 && at.y() < heights_.ny - 1)) return false;
   const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y());
-  return ply_.on_ply(i, j) && ply_.on_ply(i + 1, j) && ply_.on_ply(i, j + 1) && ply_.on_ply(i + 1, j + 1);
+  return ply.on_ply(i, j) && ply.on_ply(i + 1, j) && ply.on_ply(i, j + 1) && ply.on_ply(i + 1, j + 1);
 }
 
 double GapTiles::blur_mm2(int cells) const {
@@ -93,7 +104,6 @@ double GapTiles::blur_mm2(int cells) const {
 GapTiles::Maker::Maker(const GapTiles& tiles, const Surface& mold_surface)
     : fine(kPoints),
       coarse(kPoints),
-      mold(kPoints),
       tiles_(tiles),
       surface_(mold_surface),
       border_(tiles.fine_cells_),
@@ -113,14 +123,14 @@ void GapTiles::Maker::copy_known(int i0, int j0) {
   const int first = std::max(0, -i0), count = std::min(kTileSide + 2 * border_, heights.nx - i0) - first;
   for (int j = std::max(0, -j0); count > 0 && j < std::min(rows_, heights.ny - j0); ++j) {
     const std::size_t at = static_cast<std::size_t>(j) * stride_ + first;
-    const std::uint8_t* on = tiles_.ply_.known() ? tiles_.ply_.row(j0 + j) + i0 + first : all_on_.data();
+    const std::uint8_t* on = tiles_.kept_->ply.known() ? tiles_.kept_->ply.row(j0 + j) + i0 + first : all_on_.data();
     DEBULK_ON(tiles_.isa_, copy_known(&heights.at(i0 + first, j0 + j), on, count, &values_[at], &known_[at]));
   }
 }
 
 void GapTiles::Maker::make(std::size_t number) {
   const Grid<float>& heights = tiles_.heights_;
-  const PlyMask& ply = tiles_.ply_;
+  const PlyMask& ply = tiles_.kept_->ply;
   const int i0 = tiles_.raised_[number][0] * kTile, j0 = tiles_.raised_[number][1] * kTile, b = border_, r = border_ / 2;
   const int left = i0 - b, low = j0 - b;
   const auto thickness = static_cast<float>(tiles_.thickness_);
@@ -144,9 +154,19 @@ void GapTiles::Maker::make(std::size_t number) {
     DEBULK_ON(tiles_.isa_, to_gaps(fine.data(), fine_count_.data(), &known_[origin], stride_, thickness));
     DEBULK_ON(tiles_.isa_, to_gaps(coarse.data(), coarse_count_.data(), &known_[origin], stride_, thickness));
   }
-  heights_.origin = heights.position(i0, j0);
+  const auto [column, row] = tiles_.raised_[number];
+  const std::size_t tile = static_cast<std::size_t>(row) * tiles_.columns_ + column;
+  const bool keep = !tiles_.kept_->mold.empty();
+  std::vector<float>& of_tile = keep ? tiles_.kept_->mold[tile] : mold_;
+  if (!keep || of_tile.empty()) read_mold(i0, j0, of_tile);
+  mold = of_tile.data();
+}
+
+void GapTiles::Maker::read_mold(int i0, int j0, std::vector<float>& out) {
+  heights_.origin = tiles_.heights_.position(i0, j0);
   surface_.heights_on(heights_, 1);
-  for (int j = 0; j < kTileSide; ++j) std::copy_n(&heights_.at(0, j), kTileSide, &mold[static_cast<std::size_t>(j) * kTileStride]);
+  out.resize(kPoints);
+  for (int j = 0; j < kTileSide; ++j) std::copy_n(&heights_.at(0, j), kTileSide, &out[static_cast<std::size_t>(j) * kTileStride]);
 }
 
 }  // namespace debulk

@@ -177,7 +177,7 @@ GapsAlong GapsAlong::of(const std::vector<FibreLine>& lines, const GapTiles& til
     for (auto tile = static_cast<std::size_t>(begin); tile < static_cast<std::size_t>(end); ++tile) {
       if (begins[tile] == begins[tile + 1]) continue;
       maker.make(tile);
-      const TileValues values{maker.fine.data(), maker.coarse.data(), maker.mold.data()};
+      const TileValues values{maker.fine.data(), maker.coarse.data(), maker.mold};
       const auto [column, row] = tiles.raised()[tile];
       for (std::size_t k = begins[tile]; k < begins[tile + 1]; ++k) {
         const Visit& visit = visits[k];

@@ -301,7 +301,7 @@ TEST(ExcessField, FollowsAFieldThatTurnsAlongThePly) {
     }
   const FibreOptions options = sharp();
   const Grid<float> heights = heights_of(gap);
-  std::vector<PointGaps> memory;
+  FibreMemory memory;
   const ExcessField out = measure_excess(field_lines(field, kPly, kBox, options), heights, kPly, Plane(), true, options, memory);
   const double want = exact(gap, Plane(), {-60, 0}, {60, 0});
   int crossing = 0;
@@ -316,12 +316,37 @@ TEST(ExcessField, FollowsAFieldThatTurnsAlongThePly) {
   EXPECT_GT(crossing, 100);
 }
 
+TEST(ExcessField, IsTheSameWithTheMemoryOfOtherScans) {
+  const auto lines = straight_lines({0.3, 0.3 + M_PI / 2}, kPly, kBox, FibreOptions());
+  const Plane mold(0.1, -0.05);
+  Grid<float> moved = heights_of(bell(-20, 10, 50, 4));
+  moved.origin += Eigen::Vector2d(0.3, 0.7);
+  FibreOptions wider;
+  wider.edge_cells += 3;
+  FibreMemory memory;
+  for (const auto& [heights, options] : {std::pair(heights_of(bell(0, 0, 60, 5)), FibreOptions()),
+                                         std::pair(heights_of(bell(30, -20, 40, 3)), FibreOptions()),  // on other tiles
+                                         std::pair(moved, FibreOptions()), std::pair(heights_of(bell(0, 0, 60, 5)), wider)})
+    for (const bool whole : {true, false}) {
+      const ExcessField want = measure_excess(lines, heights, kPly, mold, whole, options);
+      const ExcessField got = measure_excess(lines, heights, kPly, mold, whole, options, memory);
+      ASSERT_FALSE(want.runs.empty());
+      ASSERT_EQ(got.runs.size(), want.runs.size());
+      for (std::size_t k = 0; k < got.runs.size(); ++k) {
+        EXPECT_EQ(got.runs[k].excess.mid, want.runs[k].excess.mid);
+        EXPECT_EQ(got.runs[k].length, want.runs[k].length);
+      }
+      EXPECT_EQ(got.noise.fine, want.noise.fine);
+    }
+  EXPECT_FALSE(memory.tiles.mold.empty());
+}
+
 TEST(ExcessField, StopsWhenAsked) {
   const Grid<float> heights = heights_of(bell(0, 0, 60, 5));
   const FibreOptions options;
   Stop stop;
   stop.cancel();
-  std::vector<PointGaps> memory;
+  FibreMemory memory;
   const auto lines = straight_lines({0, M_PI / 2}, kPly, kBox, options);
   EXPECT_THROW(measure_excess(lines, heights, kPly, Plane(), true, options, memory, stop), Stopped);
 }
