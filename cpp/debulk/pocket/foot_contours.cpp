@@ -11,7 +11,9 @@
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/row_runs.hpp"
 #include "debulk/core/simd.hpp"
+#include "debulk/core/wide.hpp"
 #include "debulk/pocket/components.hpp"
+#include "debulk/pocket/flood_fronts.hpp"
 #include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/outline.hpp"
 #include "debulk/pocket/smooth.hpp"
@@ -39,69 +41,23 @@ void check(const Stop& stop) {
   if (stop.now()) throw Stopped("the search for feet was stopped");
 }
 
-// A point from which the flood goes on, with the lowest height on the way to it.
-struct Front {
-  float level;
-  int i, j;
-};
-
-// The fronts of the flood, highest first, to 1/256 mm. Equal ones come in the order in which they were added. In a
-// flood levels only fall.
-class Fronts {
- public:
-  Fronts(double low, double high)
-      : low_(low), bins_(static_cast<std::size_t>(std::max(high - low, 0.0) * kPerMm) + 1), at_(bins_.size() - 1) {}
-
-  void push(const Front& front) {
-    const double bin = std::clamp((front.level - low_) * kPerMm, 0.0, static_cast<double>(at_));
-    Bin& to = bins_[static_cast<std::size_t>(bin)];
-    const int here = static_cast<int>(links_.size());
-    (to.first == kNone ? to.first : links_[static_cast<std::size_t>(to.last)].next) = here;
-    to.last = here;
-    links_.push_back({front, kNone});
+// Adds a row to the sums down its columns, see ColumnSums.
+DEBULK_WIDE void add_row(const float* __restrict height, const std::int32_t* __restrict label, std::size_t count, double* __restrict sum,
+                         std::int32_t* __restrict known, std::int32_t* __restrict labels) {
+  for (std::size_t i = 0; i < count; ++i) {
+    sum[i] += height[i] == height[i] ? height[i] : 0.0F;
+    known[i] += height[i] == height[i];
+    labels[i] |= label[i];
   }
-
-  bool pop(Front& front) {
-    while (bins_[at_].first == kNone) {
-      if (at_ == 0) return false;
-      --at_;
-    }
-    const Link& link = links_[static_cast<std::size_t>(bins_[at_].first)];
-    front = link.front, bins_[at_].first = link.next;
-    return true;
-  }
-
- private:
-  static constexpr double kPerMm = 256;
-  static constexpr int kNone = -1;
-  // The fronts of all bins lie in one array, linked bin by bin, because thousands of bins with memory of their own
-  // cost more than the flood.
-  struct Link {
-    Front front;
-    int next;
-  };
-  struct Bin {
-    int first = kNone, last = kNone;
-  };
-  double low_;
-  std::vector<Bin> bins_;
-  std::vector<Link> links_;
-  std::size_t at_;  // no front is in a higher bin
-};
+}
 
 // Sums down the columns of some rows: of the known heights, of their number, and whether a pocket is there.
 class ColumnSums {
  public:
   explicit ColumnSums(int nx) : sum_(static_cast<std::size_t>(nx)), known_(sum_.size()), label_(sum_.size()) {}
 
-  void add(const float* __restrict height, const std::int32_t* __restrict label) {
-    double* __restrict sum = sum_.data();
-    std::int32_t* __restrict known = known_.data(), * __restrict labels = label_.data();
-    for (std::size_t i = 0; i < sum_.size(); ++i) {
-      sum[i] += height[i] == height[i] ? height[i] : 0.0F;
-      known[i] += height[i] == height[i];
-      labels[i] |= label[i];
-    }
+  void add(const float* height, const std::int32_t* label) {
+    add_row(height, label, sum_.size(), sum_.data(), known_.data(), label_.data());
   }
   // Whether the mean over the columns [begin, end) is above the level, or a pocket reaches them.
   bool stand(int begin, int end, double level) const {
@@ -152,11 +108,21 @@ void all_labelled(const std::int32_t* __restrict above, const std::int32_t* __re
   for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((above[i] != 0) & (row[i] != 0) & (below[i] != 0));
 }
 
+// How many of the labels are not 0.
+DEBULK_WIDE int count_labelled(const std::int32_t* label, int count) {
+  int out = 0;
+  for (int i = 0; i < count; ++i) out += label[i] != 0;
+  return out;
+}
+
 // Runs of labelled points within some runs, whatever their labels.
 std::vector<Run> labelled_runs(const Grid<std::int32_t>& labels, const Run* begin, const Run* end) {
   std::vector<Run> runs;
   for (const Run* within = begin; within != end; ++within) {
     const std::int32_t* const row = &labels.at(0, within->row);
+    const int points = within->end - within->begin, labelled = count_labelled(row + within->begin, points);
+    if (labelled == points) runs.push_back(*within);
+    if (labelled == 0 || labelled == points) continue;  // of most runs all or none
     for (const std::int32_t *at = row + within->begin, *const last = row + within->end;;) {
       at = std::find_if(at, last, [](std::int32_t label) { return label != 0; });
       if (at == last) break;
@@ -235,6 +201,9 @@ void flood_downhill(Grid<std::int32_t>& labels, const std::vector<Run>& seeds, c
     const float* const height = &heights.at(i, j);
     const bool interior = i > 0 && j > 0 && i + 1 < nx && j + 1 < ny;
     const double most = front.level + rise;
+    if (const Front* next = fronts.next(); next != nullptr)  // a flood jumps from place to place: let its memory come meanwhile
+      for (int row = std::max(0, next->j - 1); row <= std::min(ny - 1, next->j + 1); ++row)
+        __builtin_prefetch(&heights.at(next->i, row)), __builtin_prefetch(&labels.at(next->i, row));
     for (std::size_t k = 0; k < 8; ++k) {
       if (!interior && !labels.contains(i + kDi[k], j + kDj[k])) continue;
       const float h = height[offsets[k]];
@@ -243,6 +212,13 @@ void flood_downhill(Grid<std::int32_t>& labels, const std::vector<Run>& seeds, c
       fronts.push({std::min(front.level, h), i + kDi[k], j + kDj[k]});
     }
   }
+}
+
+// The smallest of the labels that are pockets' ids; 0: there is none.
+DEBULK_WIDE std::int32_t smallest_id(const std::int32_t* label, int count) {
+  std::uint32_t least = std::numeric_limits<std::uint32_t>::max();
+  for (int i = 0; i < count; ++i) least = std::min(least, static_cast<std::uint32_t>(label[i]) - 1);  // what is no id comes out large
+  return least < static_cast<std::uint32_t>(std::numeric_limits<std::int32_t>::max()) ? static_cast<std::int32_t>(least) + 1 : 0;
 }
 
 // Where feet meet, the ply does not come down to the mold between them. They become one foot, labelled by the smallest
@@ -254,12 +230,14 @@ std::vector<std::int32_t> join_feet(Grid<std::int32_t>& labels, std::vector<Run>
   const Components& components = joining.run(runs);
   for (std::size_t c = 0; c < static_cast<std::size_t>(components.count()); ++c) {
     std::int32_t smallest = 0;
+    for (const Run* run = components.begin(c); run != components.end(c); ++run) {
+      const std::int32_t id = smallest_id(&labels.at(run->begin, run->row), run->end - run->begin);
+      if (id > 0 && (smallest == 0 || id < smallest)) smallest = id;
+    }
+    std::int32_t before = 0;
     for (const Run* run = components.begin(c); run != components.end(c); ++run)
-      for (int i = run->begin; i < run->end; ++i)
-        if (const std::int32_t id = labels.at(i, run->row); id > 0 && (smallest == 0 || id < smallest)) smallest = id;
-    for (const Run* run = components.begin(c); run != components.end(c); ++run)
-      for (int i = run->begin; i < run->end; ++i)
-        if (const std::int32_t id = labels.at(i, run->row); id > 0) label_of[static_cast<std::size_t>(id - 1)] = smallest;
+      for (const std::int32_t *at = &labels.at(0, run->row) + run->begin, *end = at + (run->end - run->begin); at != end; ++at)
+        if (const std::int32_t id = *at; id != before && id > 0) label_of[static_cast<std::size_t>(id - 1)] = smallest, before = id;
     paint(components, c, smallest, labels);
   }
   runs.erase(std::remove_if(runs.begin(), runs.end(), [&](const Run& run) { return labels.at(run.begin, run.row) == 0; }), runs.end());

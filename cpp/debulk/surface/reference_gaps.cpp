@@ -84,12 +84,10 @@ void ReferenceGaps::hide(Grid<float>& heights) const {
               std::numeric_limits<float>::quiet_NaN());
 }
 
-bool ReferenceGaps::known(int i, int j) const {
-  if (first_.empty()) return true;
+std::pair<const Run*, const Run*> ReferenceGaps::in_row(int j) const {
+  if (first_.empty()) return {nullptr, nullptr};
   const auto row = static_cast<std::size_t>(j);
-  const auto begin = runs_.begin() + static_cast<long>(first_[row]), end = runs_.begin() + static_cast<long>(first_[row + 1]);
-  const auto next = std::upper_bound(begin, end, i, [](int at, const Run& run) { return at < run.end; });
-  return next == end || i < next->begin;
+  return {runs_.data() + first_[row], runs_.data() + first_[row + 1]};
 }
 
 }  // namespace debulk

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "debulk/core/grid.hpp"
@@ -20,7 +21,7 @@ class ReferenceGaps {
 
   // Sets heights on the frame to NaN where they lie in the gaps.
   void hide(Grid<float>& heights) const;
-  bool known(int i, int j) const;  // at a point of the frame
+  std::pair<const Run*, const Run*> in_row(int j) const;  // the gaps of a row of the frame, in order
 
  private:
   std::vector<Run> runs_;           // of the frame, in order
