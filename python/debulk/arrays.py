@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,11 @@ def numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...], expected
     if not nan and not np.isfinite(floats).all():
         raise InputError(f"{name}: expected {expected}, all finite, but got NaN or infinity")
     return floats
+
+
+def same_named(kind: type, compiled: Any, *others: str) -> dict[str, Any]:
+    """Return the fields of a dataclass from a compiled record whose attributes have the same names, but for others."""
+    return {entry.name: getattr(compiled, entry.name) for entry in fields(kind) if entry.name not in others}
 
 
 def pair(value: ArrayLike, name: str) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import same_named
 
 if TYPE_CHECKING:
     from debulk.surface import Reference
@@ -200,24 +201,13 @@ def post_process(
 
 def from_core(out: _core.ridge.PostProcessed) -> PostProcessed:
     """Wrap a compiled result."""
-    sections = tuple(
-        RidgeSection(s.peak, s.fibre, tuple(s.nodes), s.ply_length_mm, s.mold_length_mm, s.height_mm, s.length_mm)
-        for s in out.sections
-    )
+    marks = "is_ridge", "is_bridge", "is_drawn_in"
     return PostProcessed(
-        gap_mm=out.gap_mm,
-        is_ridge=out.is_ridge.astype(np.bool_),
-        is_bridge=out.is_bridge.astype(np.bool_),
-        is_drawn_in=out.is_drawn_in.astype(np.bool_),
-        sections=sections,
-        ridge_height_mm=out.ridge_height_mm,
-        ridge_length_mm=out.ridge_length_mm,
-        bridge_height_mm=out.bridge_height_mm,
-        drawn_in_height_mm=out.drawn_in_height_mm,
-        drawn_in_tension_n_per_mm=out.drawn_in_tension_n_per_mm,
-        drawn_in_hold_n_per_mm=out.drawn_in_hold_n_per_mm,
-        rms_mm=out.rms_mm,
-        excess_length_mm=out.excess_length_mm,
+        **same_named(PostProcessed, out, "sections", *marks),
+        **{name: getattr(out, name).astype(np.bool_) for name in marks},
+        sections=tuple(
+            RidgeSection(**same_named(RidgeSection, s, "nodes"), nodes=tuple(s.nodes)) for s in out.sections
+        ),
     )
 
 

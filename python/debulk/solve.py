@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import same_named
 
 if TYPE_CHECKING:
     from debulk.sheet import Sheet
@@ -268,28 +269,9 @@ def certify(sheet: Sheet, nodes_mm: ArrayLike, stiffness: float = STIFFNESS) -> 
 
 
 def _certificate(c: _core.solve.Certificate) -> Certificate:
-    return Certificate(
-        c.kkt_error,
-        c.strict_kkt_error,
-        c.length_error,
-        c.penetration_mm,
-        c.energy_gain_mj,
-        c.curvature,
-        c.compliant,
-        c.certified,
-        c.failure,
-    )
+    return Certificate(**same_named(Certificate, c, "energy_rise_mj"), energy_rise_mj=c.energy_gain_mj)
 
 
 def _solution(m: _core.sheet.Minimum) -> Solution:
-    return Solution(
-        m.nodes_mm,
-        m.status,
-        m.explanation,
-        _certificate(m.certificate),
-        m.certified,
-        m.energy_mj,
-        m.iterations,
-        m.evaluations,
-        _core=m,
-    )
+    made = same_named(Solution, m, "certificate", "minima", "_core")
+    return Solution(**made, certificate=_certificate(m.certificate), _core=m)

@@ -10,6 +10,7 @@ from enum import StrEnum
 
 from debulk import _core
 from debulk.arguments import check_fields, typed
+from debulk.arrays import same_named
 
 __all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "judge", "judge_layup", "natural_length"]
 
@@ -114,8 +115,7 @@ class Criteria:
     @classmethod
     def from_core(cls, compiled: _core.verdict.Criteria) -> Criteria:
         """Wrap compiled criteria, whose fields have the same names."""
-        values = {entry.name: getattr(compiled, entry.name) for entry in fields(cls)}
-        return cls(**{**values, "criterion": compiled.criterion.name.lower()})
+        return cls(**same_named(cls, compiled, "criterion"), criterion=compiled.criterion.name.lower())
 
 
 @functools.lru_cache(maxsize=16)  # each pocket is judged several times by the same ones

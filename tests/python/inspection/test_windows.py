@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from debulk.grid import Grid
-from debulk.inspection.find.windows import cells_round, cut_out, grown
+from debulk.inspection.evidence.pieces import grown
+from debulk.inspection.find.windows import cells_round, cut_out
 
 pytestmark = pytest.mark.unit
 

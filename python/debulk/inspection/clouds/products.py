@@ -18,6 +18,11 @@ def product(rows: NDArray[np.floating], factors: NDArray[np.floating]) -> Floats
     return np.asarray(np.einsum("nk,k...->n...", rows, factors))
 
 
+def paraboloid(u: Floats, v: Floats) -> Floats:
+    """Return the (N, 6) terms of a quadratic surface at (N,) coordinates: a plane's three come first."""
+    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
+
+
 def least_squares(rows: Floats, values: Floats) -> Floats:
     """Return the (K,) factors that fit (N, K) rows to (N,) values best, by the normal equations of few terms."""
     return np.asarray(np.linalg.solve(product(rows.T, rows), product(rows.T, values)))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import cv2
 import numpy as np
 
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
+from debulk.inspection.evidence.pieces import grown
 
 STRETCH_MM = 40.0  # length of a stretch along the outline, and the strips' reach to each side of it
 _STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline
@@ -76,8 +76,7 @@ class Outline:
         result is NaN: a blurred scan stands up there, too.
         """
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
-        edges = cv2.dilate((np.abs(out) > off_mm).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-        return np.where(edges, np.nan, out)
+        return np.where(grown(np.abs(out) > off_mm, 2), np.nan, out)
 
 
 def edge_seen(heights: Grid, bare_mm: Callable[[Floats], Floats], thickness_mm: float) -> Outline | None:

@@ -46,3 +46,9 @@ def pieces_of(marks: Bools, connectivity: int) -> Pieces:
         np.minimum.at(boxes[:, first], own, at)
         np.maximum.at(boxes[:, first + 1], own, at + 1)
     return Pieces(labels, np.bincount(own, minlength=count), boxes)
+
+
+def grown(marks: Bools, cells: int = 1) -> Bools:
+    """Return the (ny, nx) marks, extended by this number of cells along each axis."""
+    square = np.ones((2 * cells + 1, 2 * cells + 1), dtype=np.uint8)
+    return np.asarray(cv2.dilate(marks.astype(np.uint8), square).astype(np.bool_))

@@ -79,6 +79,6 @@ class WholeScanFinder:
             return None
         margin = max(30.0, 2 * self._recipe.clean.max_hole_mm)
         low, high = self._setup.outline.min(axis=0) - margin, self._setup.outline.max(axis=0) + margin
-        known = _core.surface.extent(self._setup.prepared.reference)
-        beside = (low >= known.max(axis=0)).any() or (high <= known.min(axis=0)).any()
+        lowest, highest = self._setup.prepared.reference.box_mm
+        beside = (low >= highest).any() or (high <= lowest).any()
         return None if beside else np.stack([low, high])

@@ -1,11 +1,10 @@
-"""Windows of a height map, and the growing of marks on its cells."""
+"""Windows of a height map."""
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
-from debulk.arrays import Bools, Floats
+from debulk.arrays import Floats
 from debulk.grid import Grid
 
 
@@ -21,9 +20,3 @@ def cut_out(grid: Grid, rows: slice, columns: slice) -> Grid:
     """Return a copy of these cells as a grid of their own."""
     origin = grid.origin_mm + grid.spacing_mm * np.array([columns.start, rows.start])
     return Grid(grid.values[rows, columns].copy(), origin, grid.spacing_mm)
-
-
-def grown(marks: Bools, cells: int = 1) -> Bools:
-    """Return the (ny, nx) marks, extended by this number of cells along each axis."""
-    square = np.ones((2 * cells + 1, 2 * cells + 1), dtype=np.uint8)
-    return np.asarray(cv2.dilate(marks.astype(np.uint8), square).astype(np.bool_))

@@ -11,8 +11,9 @@ import numpy as np
 from debulk import _core, pocket
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
+from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.find.found import FoundPocket, Hole
-from debulk.inspection.find.windows import cells_round, cut_out, grown
+from debulk.inspection.find.windows import cells_round, cut_out
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Floats
-from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.products import paraboloid, product
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.results.level import Level
@@ -141,7 +141,7 @@ def _half(xy_mm: Floats, least_mm: float) -> Floats:
 def _terms(xy_mm: Floats, least_mm: float) -> Floats:
     """Return the terms of a paraboloid, (B, 6), in coordinates from -1 to 1."""
     u, v = ((xy_mm - 0.5 * (xy_mm.min(axis=0) + xy_mm.max(axis=0))) / _half(xy_mm, least_mm)).T
-    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
+    return paraboloid(u, v)
 
 
 def _robust(terms: Floats, values: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from debulk.inspection.evidence import medians
 from debulk.inspection.place.level import LIMITS, Deviation
 from debulk.inspection.place.level_step import Step, best_step
 from debulk.recipe import Recipe, options
@@ -61,7 +62,7 @@ def level_reason(
     else:
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
         if order == 2 and _lifted(level, found, recipe):
-            top = int(np.argmax(found.residual_mm - 2 * found.error_mm))
+            top = int(np.argmax(found.residual_mm - medians.SURE * found.error_mm))
             x, y = found.xy_mm[top]
             high_mm = found.residual_mm[top]
             what = f"{what}, or the ply stands off the mold widely, by {high_mm:.2f} mm at ({x:.0f}, {y:.0f}) mm"

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
+from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.evidence.ply_zones import LEAST_POINTS, SIDES_MM
 from debulk.inspection.evidence.sample import Sample
-from debulk.inspection.find.windows import grown
 from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.results.finding import Finding

@@ -15,7 +15,7 @@ import numpy as np
 from debulk import _core
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
-from debulk.inspection.evidence.pieces import pieces_of
+from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.running.cycle import heed
@@ -150,7 +150,7 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
     ground: Floats = np.asarray(cv2.erode(rise, _BESIDE, iterations=LIMITS.step_cells), dtype=np.float64)
     even = pieces_of(own & (uneven < LIMITS.flat_share * rise), 4)
     for number in even.of_size(LIMITS.least_even_share * least_mm2 / cell**2):
-        part = own & _near(even.labels == number, 1)
+        part = own & grown(even.labels == number)
         if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
             yield part, _height(rise, part, known, cell, ground, LIMITS.step_share)
 
@@ -167,15 +167,10 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float, ground: Floats,
     length, around = int(np.count_nonzero(rim)), int(np.count_nonzero(_rim(own)))
     if length < max(least_rim_share * around, LIMITS.least_rim_mm / cell):
         return 0.0
-    edge = _near(rim, max(1, round(LIMITS.reach_mm[0] / cell))) & known & down
+    edge = grown(rim, max(1, round(LIMITS.reach_mm[0] / cell))) & known & down
     low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in LIMITS.quarters)
     edge_mm, wide_mm = (low - high) / length * cell, 4 * int(np.count_nonzero(own)) / around * cell
     return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0
-
-
-def _near(marks: Bools, cells: int) -> Bools:
-    """Return the mask of the cells that lie within this number of rows and columns of a marked cell."""
-    return np.asarray(cv2.dilate(marks.astype(np.uint8), _BESIDE, iterations=cells) > 0)
 
 
 def _rim(own: Bools) -> Bools:

@@ -94,12 +94,10 @@ class PlyFibres:
     def __init__(
         self, reference: Reference, ply_outline: Floats | None, fibre_angles_deg: Floats | Grid, recipe: Recipe
     ) -> None:
-        corners = np.asarray(_core.surface.extent(reference))
-        box = np.stack([corners.min(axis=0), corners.max(axis=0)])
         self._reference, self._recipe = reference, recipe
         self._draw_mm = friction_length(recipe)
         wanted = options.fibre_lines(recipe, self._draw_mm)
-        self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, box, wanted, _core.Stop())
+        self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, reference.box_mm, wanted, _core.Stop())
 
     def over(self, segmentation: Segmentation, feet: Feet, stop: _core.Stop, *, whole: bool, threads: int) -> ScanRuns:
         """Read the lines over a segmented height map with its feet; raises `Stopped`.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
-from debulk.inspection.clouds.products import least_squares, product
+from debulk.inspection.clouds.products import least_squares, paraboloid, product
 from debulk.inspection.ply.excess import ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
@@ -182,7 +182,7 @@ def _tops(coarse: Grid, radius_mm: float, ply_outline: Floats | None) -> list[_T
     v, u = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     ring = (np.hypot(u, v) > cells) & (np.hypot(u, v) <= _OUTER * cells)
     kernel = np.zeros(ring.shape)
-    terms = _quadratic(u[ring] / cells, v[ring] / cells)
+    terms = paraboloid(u[ring] / cells, v[ring] / cells)
     kernel[ring] = product(terms, np.linalg.solve(product(terms.T, terms), np.eye(terms.shape[1])[0]))
     known = np.isfinite(coarse.values)
     level = float(np.median(coarse.values[known])) if known.any() else 0.0
@@ -245,8 +245,8 @@ def _above_lines(
 
 def _surface(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
     """Return the quadratic surface through a ring."""
-    factors = least_squares(_quadratic(u[ring], v[ring]), part[ring])
-    return np.asarray(product(_quadratic(u.ravel(), v.ravel()), factors).reshape(part.shape))
+    factors = least_squares(paraboloid(u[ring], v[ring]), part[ring])
+    return np.asarray(product(paraboloid(u.ravel(), v.ravel()), factors).reshape(part.shape))
 
 
 def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Floats:
@@ -261,10 +261,6 @@ def _profile(part: Floats, ring: NDArray[np.bool_], u: Floats, v: Floats) -> Flo
     factors = least_squares(apart, (part - level(part))[ring])
     bent = sum((factor * one for factor, one in zip(factors, terms, strict=True)), np.zeros_like(part))
     return np.asarray(bent + level(part - bent))
-
-
-def _quadratic(u: Floats, v: Floats) -> Floats:
-    return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
 
 
 def _hump(

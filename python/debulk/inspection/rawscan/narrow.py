@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.pieces import pieces_of
+from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import heed
@@ -285,9 +285,7 @@ def _measured(
     height_mm = peak_mm if is_long else peak_mm / shown
     if not is_long and height_mm > LIMITS.steepest * 2 * width_mm:
         return None
-    side = 2 * LIMITS.near_samples + 1
-    near = cv2.dilate(own.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
-    beside = out[near]
+    beside = out[grown(own, LIMITS.near_samples)]
     if np.mean(beside < -0.25 * peak_mm) > LIMITS.sunk_share or np.mean(~np.isfinite(beside)) > LIMITS.unseen_share:
         return None
     places = points[upper][:, :2].astype(np.float64)
