@@ -272,18 +272,58 @@ DEBULK_INLINE int pack(Ints v, unsigned mask, int* to) {
   return count;
 #endif
 }
-// gather() for indices into the first 16 N floats of `from`, all of which must exist.
+#if DEBULK_ISA == 3
+// Of the first 16 N floats of wherever it is applied to, those at eight indices. Indices that follow their first lane, as
+// on a surface, lie in a window of sixteen and are picked from two registers; else they are gathered.
+template <int N>
+struct Eight {
+  RegisterInts index, within;
+  int window;
+  bool narrow;
+  DEBULK_INLINE explicit Eight(RegisterInts at) : index(at) {
+    constexpr int before = 4, last = 16 * (N - 1);
+    const int first = at[0] - before;
+    window = first < 0 ? 0 : first < last ? first : last;
+    within = at - window;
+    narrow = _mm256_testz_si256(reinterpret_cast<__m256i>(within), _mm256_set1_epi32(~15)) != 0;
+  }
+  DEBULK_INLINE RegisterFloats operator()(const float* from) const {
+    if (!narrow) return gather(from, index);
+    const auto which = reinterpret_cast<__m256i>(within);  // permutations heed its lowest three bits alone
+    const __m256 low = _mm256_permutevar8x32_ps(_mm256_loadu_ps(from + window), which);
+    const __m256 high = _mm256_permutevar8x32_ps(_mm256_loadu_ps(from + window + 8), which);
+    return reinterpret_cast<RegisterFloats>(_mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32(which, 28))));
+  }
+};
+#endif
+
+// gather() for indices into the first 16 N floats of wherever it is applied to, all of which must exist. What depends on the
+// indices alone is done once.
+template <int N>
+struct Near {
+  static_assert(N >= 1 && N <= 3);
+#if DEBULK_ISA == 4
+  Ints index;
+  DEBULK_INLINE explicit Near(Ints at) : index(at) {}
+  DEBULK_INLINE Floats operator()(const float* from) const {
+    if constexpr (N == 1) return __builtin_shuffle(load(from), index);
+    const Floats first = __builtin_shuffle(load(from), load(from + 16), index);
+    if constexpr (N == 2) return first;
+    return choose(index < 32, first, __builtin_shuffle(load(from + 32), index));
+  }
+#elif DEBULK_ISA == 3
+  Eight<N> low, high;
+  DEBULK_INLINE explicit Near(Ints at) : low(at.low), high(at.high) {}
+  DEBULK_INLINE Floats operator()(const float* from) const { return {low(from), high(from)}; }
+#else
+  Ints index;
+  DEBULK_INLINE explicit Near(Ints at) : index(at) {}
+  DEBULK_INLINE Floats operator()(const float* from) const { return gather(from, index); }
+#endif
+};
 template <int N>
 DEBULK_INLINE Floats pick(const float* from, Ints index) {
-#if DEBULK_ISA == 4
-  static_assert(N >= 1 && N <= 3);
-  if constexpr (N == 1) return __builtin_shuffle(load(from), index);
-  const Floats first = __builtin_shuffle(load(from), load(from + 16), index);
-  if constexpr (N == 2) return first;
-  return choose(index < 32, first, __builtin_shuffle(load(from + 32), index));
-#else
-  return gather(from, index);
-#endif
+  return Near<N>(index)(from);
 }
 
 DEBULK_INLINE float lowest(Floats v) {

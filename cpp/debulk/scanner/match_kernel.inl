@@ -21,12 +21,21 @@ struct Spot {
   }
   DEBULK_INLINE Spot(float least, float most, int before, int reach)
       : from(std::max(0, static_cast<int>(least) - before)), narrow(static_cast<int>(most) + reach - from < row_room) {}
+  // The places of one group in any row whose values lie alike; `beyond`: pixels behind them.
+  struct Group {
+    Ints at;
+    Near<row_room / lanes> near;
+    int from;
+    bool narrow;
+    DEBULK_INLINE Floats operator()(const std::vector<float>& row, int beyond = 0) const {
+      const float* values = row.data() + beyond;
+      return narrow ? near(values + from) : gather(values, at);
+    }
+  };
   // `place` is in the spot, or its value is not used.
-  // The row's values begin behind `before` others.
-  DEBULK_INLINE Floats operator()(const std::vector<float>& row, Floats place, int before = 0) const {
+  DEBULK_INLINE Group operator()(Floats place) const {
     const Ints at = converted<Ints>(place);
-    const float* values = row.data() + before;
-    return narrow ? pick<row_room / lanes>(values + from, at - from) : gather(values, at);
+    return {at, Near<row_room / lanes>(at - from), from, narrow};
   }
 };
 
@@ -148,7 +157,8 @@ DEBULK_INLINE Found search(PhaseIndex& index, Floats phase, Ints which) {
   if (!any(which)) return {};
   const Spot bins(bin, which, 0, 1);
   const Floats here = choose(which, bin, all(static_cast<float>(bins.from)));
-  const Floats first = bins(index.first, here), last = bins(index.last, here);
+  const auto segments_there = bins(here);
+  const Floats first = segments_there(index.first), last = segments_there(index.last);
   which &= first <= last;
   if (!any(which)) return {};
   const float least = lowest(choose(which, first, all(1e9f)));
@@ -158,7 +168,8 @@ DEBULK_INLINE Found search(PhaseIndex& index, Floats phase, Ints which) {
   Places places;
   for (int step = 0; step <= most; ++step) {
     const Floats j = lower(begin + static_cast<float>(step), end);  // the last one again does no harm
-    places.look(segments(index.row->phase, j) - phase, segments(index.row->phase, j + 1.0f) - phase, j, index.edge, which);
+    const auto ends = segments(j);
+    places.look(ends(index.row->phase) - phase, ends(index.row->phase, 1) - phase, j, index.edge, which);
   }
   return places.found();
 }
@@ -175,13 +186,14 @@ DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats pla
     Floats j = whole_part(higher(lower(place - 2.0f, most), least));
     const Spot spot(j, which, 0, round_it + 1);
     j = choose(which, j, all(static_cast<float>(spot.from)));
-    const Floats before = spot(index.below, j, row_room), behind = spot(index.above, j + static_cast<float>(round_it), row_room);
+    const auto here = spot(j);
+    const Floats before = here(index.below, row_room), behind = here(index.above, row_room + round_it);
     const Ints below = (before < turned), above = (behind > turned);
     if (!any(which & ~(below & above))) {
       Places places;
-      Floats a = spot(index.row->phase, j) - phase;
+      Floats a = here(index.row->phase) - phase;
       for (int s = 0; s < round_it; ++s) {
-        const Floats b = spot(index.row->phase, j + static_cast<float>(s + 1)) - phase;
+        const Floats b = here(index.row->phase, s + 1) - phase;
         places.look(a, b, j + static_cast<float>(s), index.edge, which);
         a = b;
       }
@@ -189,7 +201,7 @@ DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats pla
     }
     if (any(which & ~(below | above))) break;  // the row goes up and down here
     least = choose(above, least, j + 1.0f), most = choose(below, most, j - 1.0f);
-    place = j + 2.0f + (turned - spot(index.row->phase, j + 2.0f) * index.turn) * index.per_step;
+    place = j + 2.0f + (turned - here(index.row->phase, 2) * index.turn) * index.per_step;
     place = choose((place - 2.0f >= least) & (place - 2.0f <= most), place, 0.5f * (least + most) + 2.0f);
   }
   return search(index, phase, which);
@@ -219,23 +231,25 @@ MatchCounts match(PhaseIndex& left, PhaseIndex& right, float* disparity, float* 
     const Spot spot(x.at, fine, 2, 3);
     const Floats beyond = all(static_cast<float>(spot.from + 2));
     const Floats at = choose(fine, x.at, lower(beyond, all(last))), nearest = choose(x.part >= 0.5f, at + 1.0f, at);
-    const Found back = find(left, spot(row.phase, nearest), fine, column);
+    auto place = spot(at);
+    Floats here = place(row.phase), next = place(row.phase, 1);
+    const Found back = find(left, choose(x.part >= 0.5f, next, here), fine, column);
     const Ints unmatched = seen & ~(x.apart_too | back.there);
     fine &= back.there & ~back.apart_too;
     // A place exactly on a pixel belongs to the segment before it if no segment begins there. The mean of two places
     // belongs to no segment if they lie on both sides of a gap.
-    Floats j = at, t = x.part, here = spot(row.phase, j), next = spot(row.phase, lower(j + 1.0f, all(last)));
+    Floats j = at, t = x.part;
     Ints surface = (j < last) & (absolute(next - here) <= right.edge);
     const Ints before_it = (t == 0.0f) & (j > 0.0f) & ~surface;
     if (any(before_it)) {
       j = choose(before_it, j - 1.0f, j), t = choose(before_it, all(1.0f), t);
-      here = spot(row.phase, j), next = spot(row.phase, lower(j + 1.0f, all(last)));
+      place = spot(j), here = place(row.phase), next = place(row.phase, 1);
       surface = (j < last) & (absolute(next - here) <= right.edge);
     }
     // Slope of the phase, in rad per pixel, round the segment. To reduce noise it is taken over three segments where they
     // are one surface.
-    const Floats before = here - spot(row.phase, higher(j - 1.0f, all(0.0f))), step = next - here;
-    const Floats after = spot(row.phase, lower(j + 2.0f, all(last))) - next;
+    const Floats before = here - spot(higher(j - 1.0f, all(0.0f)))(row.phase), step = next - here;
+    const Floats after = place(row.phase, 2) - next;
     const Ints three = (j >= 1.0f) & (j + 2.0f <= last) & (absolute(before) <= right.edge) & (absolute(after) <= right.edge);
     const Floats slope = absolute(choose(three, (before + step + after) / 3.0f, step));
     fine &= surface & (slope > 0.0f);
@@ -247,9 +261,9 @@ MatchCounts match(PhaseIndex& left, PhaseIndex& right, float* disparity, float* 
     store(disparity + i, choose(fine, (column - at) - x.part, all(nan)));
     // The phase was interpolated twice along the row, by the rectification and here, which gives the weights of three
     // pixels.
-    const Floats f = spot(row.fraction, j), g = load(own_row.fraction.data() + i);
+    const Floats f = place(row.fraction), g = load(own_row.fraction.data() + i);
     const Floats w0 = (1.0f - t) * (1.0f - f), w2 = t * f, w1 = 1.0f - w0 - w2;
-    const Floats l = load(own_row.noise.data() + i), r = spot(row.noise, j);
+    const Floats l = load(own_row.noise.data() + i), r = place(row.noise);
     const Floats variance = l * l * ((1.0f - g) * (1.0f - g) + g * g) + r * r * (w0 * w0 + w1 * w1 + w2 * w2);
     store(sigma + i, choose(fine, root(variance) / slope, all(nan)));
   }

@@ -33,16 +33,18 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const int top = std::min(j[0], j[lanes - 1]);
     const Ints k = i - i[0], second = j > top;
     const long corner = static_cast<long>(top) * view.width + i[0];
-    const bool close =
-        corner + 2L * view.width + 2 * lanes <= pixels && every((j >= top) & (j <= top + 1) & (k >= 0) & (k < 2 * lanes - 1));
-    const auto near_by = [&](const float* map, Ints column_off) DEBULK_LAMBDA {
-      const float* from = map + corner;
-      return choose(second, pick<2>(from + view.width, column_off), pick<2>(from, column_off));
+    const bool close = corner + 2L * view.width + 2 * lanes < pixels && every((j >= top) & (j <= top + 1) & (k >= 0) & (k < 2 * lanes - 1));
+    const Near<2> columns(k);
+    const bool two_rows = any(second);
+    const auto near_by = [&](const float* map) DEBULK_LAMBDA {
+      const Floats in_top = columns(map + corner);
+      return two_rows ? choose(second, columns(map + corner + view.width), in_top) : in_top;
     };
     Floats a = {}, b = {}, c = {}, d = {};
     if (close) {
-      a = near_by(view.phase, k), b = near_by(view.phase, k + beside);
-      c = choose(v > 0.0f, near_by(view.phase + view.width, k), a), d = choose(v > 0.0f, near_by(view.phase + view.width, k + beside), b);
+      a = near_by(view.phase), b = choose(u > 0.0f, near_by(view.phase + 1), a);
+      c = choose(v > 0.0f, near_by(view.phase + view.width), a);
+      d = choose(v > 0.0f, choose(u > 0.0f, near_by(view.phase + view.width + 1), c), b);
     } else {
       a = gather(view.phase, at), b = gather(view.phase, at + beside);
       c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
@@ -53,7 +55,7 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const Ints whole = (step <= view.edge) & (value == value);  // the step can hide a pixel without a phase
     store(phase, choose(within & whole, value, all(nan)));
     if (view.noise) {
-      const Floats sigma = close ? near_by(view.noise, k) : gather(view.noise, at);
+      const Floats sigma = close ? near_by(view.noise) : gather(view.noise, at);
       store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
     } else {
       store(out.noise.data() + column, all(0.0f));
