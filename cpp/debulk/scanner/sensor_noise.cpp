@@ -88,15 +88,24 @@ SensorNoise estimate_noise(const ImageStack<T>& stack, int steps, double saturat
   parallel_for(sampled, chunk, threads, stop, [&](long begin, long end) {
     std::vector<LevelVariance>& part = parts[static_cast<std::size_t>(begin / chunk)];
     std::vector<double> values(static_cast<std::size_t>(n));
+    const auto each = static_cast<std::size_t>(width);
+    std::vector<T> tops(each * static_cast<std::size_t>(stack.exposures));  // the greatest grey value of each pixel and exposure
     // Exposures are fitted apart, because a lamp flickers differently in each.
     std::vector<SpareSegment> segments(static_cast<std::size_t>(stack.exposures), SpareSegment(spare));
     for (long s = begin; s < end; ++s) {
       const long row = std::min(s * every + every / 2, rows - 1) * width;
-      for (long i = row; i < row + width; ++i)
+      std::fill(tops.begin(), tops.end(), T{});
+      for (int e = 0; e < stack.exposures; ++e)
+        for (int k = 0; k < n; ++k) {
+          const T* grey = stack.exposure(e)[k] + row;
+          T* top = tops.data() + static_cast<std::size_t>(e) * each;
+          for (std::size_t i = 0; i < each; ++i) top[i] = std::max(top[i], grey[i]);
+        }
+      for (std::size_t i = 0; i < each; ++i)
         for (int e = stack.exposures - 1; e >= 0; --e) {
-          double top = 0;
-          for (int k = 0; k < n; ++k) top = std::max(top, values[static_cast<std::size_t>(k)] = stack.exposure(e)[k][i]);
-          if (top >= saturated) continue;
+          if (tops[static_cast<std::size_t>(e) * each + i] >= saturated) continue;
+          const T* const* from = stack.exposure(e);
+          for (int k = 0; k < n; ++k) values[static_cast<std::size_t>(k)] = from[k][row + static_cast<long>(i)];
           segments[static_cast<std::size_t>(e)].add(values.data(), part);
           break;
         }

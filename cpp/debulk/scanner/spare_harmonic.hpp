@@ -21,6 +21,17 @@ struct SpareHarmonic {
   int estimates() const { return steps == 3 ? 1 : periods; }  // combinations per pixel
 };
 
+// What is kept of the pixels that are fitted together: each array has a value per pixel; c and s: modulation times cosine and
+// sine of the phase, of each number of periods in the combination.
+struct SpareFit {
+  static constexpr int pixels = 256;
+  double weight[pixels], variance[pixels], mean[pixels], value[pixels];
+  double share[pixels];    // of the variance of a grey value that the residuals have
+  double weakest[pixels];  // the least modulation
+  double c[2][pixels], s[2][pixels], modulation[2][pixels];
+  std::vector<double> design, weighted, solved;  // the terms of the fit, one after the other; the first is the level
+};
+
 // Neighbouring pixels of one exposure. Whenever there are enough of them, what is no noise in their combinations is
 // fitted: the mean level times a constant (a lamp that flickers), and the modulation times cosine and sine of the
 // multiples of the phase (flicker and gamma).
@@ -36,6 +47,7 @@ class SpareSegment {
   const SpareHarmonic* how_;
   std::vector<double> values_;  // of each image, one after the other, the grey values of all pixels
   int count_ = 0;               // pixels
+  SpareFit fit_{};
 };
 
 }  // namespace debulk
