@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.scanner.decode import Planes
-from debulk.scanner.inputs import Image, InputError, checked_image, greatest_grey
+from debulk.scanner.inputs import Image, InputError, checked_image, greatest_grey, sample_of
 from debulk.scanner.triangulate import Scan
 
 Complete = Callable[..., Scan]
@@ -36,6 +36,7 @@ class Camera:
         self.bits, self.kept = bits, kept
         self.images: list[Image] = []
         self.marks: list[int] = []  # of each image as it came
+        self.sampled: list[Image] = []  # of each image but the last
         self.planes: Planes | None = None
 
     @property
@@ -63,11 +64,14 @@ class Camera:
         return found
 
     def add(self, image: Image, threads: int) -> None:
-        """Keep an image; take in those of each number of periods that is complete, but the last, which is decoded."""
+        """Keep an image; sample all but the last, and take in those of each number of periods that is complete."""
         e, k = divmod(len(self.images), self.each)
         self.images.append(image)
         self.marks.append(_mark(image))
-        if (k + 1) % self.steps or image.dtype.kind == "f" or len(self.images) == self.each * self.exposures:
+        if image.dtype.kind == "f" or len(self.images) == self.each * self.exposures:
+            return
+        self.sampled.append(sample_of(image))
+        if (k + 1) % self.steps:
             return
         if self.planes is None:
             planes = self.kept.pop() if self.kept else self._new_planes()
@@ -164,5 +168,5 @@ class Arriving:
             came = len(self._cameras[0].images)
             raise InputError(f"images: expected {came + self.missing} of each camera, but only {came} have arrived")
         stacks: list[Any] = [camera.stack() for camera in self._cameras]
-        planes = [camera.planes for camera in self._cameras]
-        return self._complete(*stacks, deadline_s, progress, out, planes)
+        before = [(camera.planes, camera.sampled) for camera in self._cameras]
+        return self._complete(*stacks, deadline_s, progress, out, before)

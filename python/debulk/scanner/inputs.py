@@ -68,6 +68,8 @@ class Stack:
     exposures: int
     name: str
     white: int  # the greatest grey value
+    sampled: Sequence[Image] = ()
+    """`sample_of` the first images, where these were there before the others."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,12 +78,8 @@ class Stack:
 
     @cached_property
     def sample(self) -> NDArray[Any]:
-        """(E, n, M) grey values of a sample of the pixels.
-
-        Its columns are close together, because it must contain every phase of the fringes.
-        """
-        step = max(1, round((self.shape[0] * self.shape[1] / _SAMPLED) ** 0.5))
-        flat = np.stack([image[step // 2 :: step, ::step].ravel() for image in self.images])
+        """(E, n, M) grey values of a sample of the pixels."""
+        flat = np.stack([*self.sampled, *map(sample_of, self.images[len(self.sampled) :])])
         return flat.reshape((self.exposures, -1, flat.shape[1]))
 
     def exposure(self, e: int) -> list[Image]:
@@ -106,7 +104,18 @@ class Stack:
         return tuple(out)
 
 
-def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | None = None) -> Stack:
+def sample_of(image: Image) -> Image:
+    """Return grey values of a sample of the pixels.
+
+    Its columns are close together, because it must contain every phase of the fringes.
+    """
+    step = max(1, round((image.size / _SAMPLED) ** 0.5))
+    return image[step // 2 :: step, ::step].ravel()
+
+
+def checked_stack(
+    images: Any, wanted: int, name: str = "images", bits: int | None = None, sampled: Sequence[Image] = ()
+) -> Stack:
     """Take (n, H, W) or (E, n, H, W), an array or sequences of (H, W) arrays; valid arrays are not copied."""
     if not isinstance(images, np.ndarray | list | tuple) or len(images) == 0:
         raise InputError(f"{name}: expected images of shape (n, H, W) or (E, n, H, W), but got {_what(images)}")
@@ -133,7 +142,7 @@ def checked_stack(images: Any, wanted: int, name: str = "images", bits: int | No
             )
     if min(shape) < 8 or shape[1] < 32:
         raise InputError(f"{name}: expected images of at least 32 x 8 pixels, but got {shape[1]} x {shape[0]}")
-    stack = Stack(flat, len(exposures), name, greatest_grey(kind, bits))
+    stack = Stack(flat, len(exposures), name, greatest_grey(kind, bits), sampled)
     return stack if kind == np.uint8 else replace(stack, white=_white(stack, bits))
 
 

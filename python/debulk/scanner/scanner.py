@@ -15,12 +15,15 @@ from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, empty_maps, noise_of
 from debulk.scanner.faults import ClearPixels, clear_pixels
-from debulk.scanner.inputs import InputError, Stack, checked_periods, checked_stack, checked_steps, whole
+from debulk.scanner.inputs import Image, InputError, Stack, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running
 from debulk.workers import Workers
 
 Progress = Callable[[str, float], None]
+# What was taken of a camera's images while they arrived, and samples of them.
+Before = tuple[Planes | None, Sequence[Image]]
+_NOTHING: Before = None, ()
 _AT_ONCE = 4  # steps on threads of their own: both cameras are decoded and judged
 
 
@@ -179,7 +182,7 @@ class Scanner:
         deadline_s: float | None,
         progress: Progress | None,
         out: tuple[Singles, Singles] | None,
-        planes: Sequence[Planes | None] = (None, None),
+        before: Sequence[Before] = (_NOTHING, _NOTHING),
     ) -> Scan:
         stop = _core.Stop()
         if deadline_s is not None:
@@ -190,7 +193,7 @@ class Scanner:
         with self._busy.held(), self._running.holding(stop):
             try:
                 with Workers(1 if self.threads == 1 else _AT_ONCE, stop) as pool:
-                    return self._scan(left_images, right_images, out, report, stop, pool, planes)
+                    return self._scan(left_images, right_images, out, report, stop, pool, before)
             except _core.Stopped:
                 if stop.cancelled:
                     raise ScanCancelled("the scan was cancelled") from None
@@ -208,15 +211,17 @@ class Scanner:
         report: Progress,
         stop: _core.Stop,
         pool: Workers,
-        planes: Sequence[Planes | None],
+        before: Sequence[Before],
     ) -> Scan:
         """Run each stage in the pool's threads, so that Ctrl-C reaches this thread while the core computes."""
         count = len(self.periods) * self.steps
         report("checking images", 0.0)
         shape = self.calibration.pixels[1], self.calibration.pixels[0]
         stacks = [
-            checked_stack(images, count, name, self.bits)
-            for images, name in ((left_images, "left_images"), (right_images, "right_images"))
+            checked_stack(images, count, name, self.bits, sampled)
+            for images, name, (_, sampled) in zip(
+                (left_images, right_images), ("left_images", "right_images"), before, strict=True
+            )
         ]
         for stack in stacks:
             if stack.shape != shape:
@@ -237,7 +242,7 @@ class Scanner:
         clear = looks[0].result()[1]
         start = pool.submit(clear.start).result() if self.start is None else self.start
         decoding = []
-        for maps, stack, look, kept in zip(self._maps, stacks, looks, planes, strict=True):
+        for maps, stack, look, (kept, _) in zip(self._maps, stacks, looks, before, strict=True):
             given = maps, stack, *fringes, look.result()[0], start, self.blur_px, half, stop
             decoding.append(pool.submit(decode_into, *given, planes=kept))
         judged = [pool.submit(look.result()[1].refuse_faults, start) for look in looks]

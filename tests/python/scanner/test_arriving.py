@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError, _core
-from debulk.scanner import ScanCancelled, Scanner
+from debulk.scanner import ScanCancelled, Scanner, inputs
 from debulk.scanner.arriving import Camera
 from debulk.scanner.decode import decode_into, noise_of
 from debulk.scanner.faults import refuse_faults
@@ -91,6 +91,19 @@ def test_the_cloud_has_the_bits_of_a_scan(fringes, scanned):
         assert scanner.right.noise_rad.tobytes() == instrument.right.noise_rad.tobytes()
         assert found.counts == scan.counts
         assert scanner.left.counts == instrument.left.counts | {"read": fringes.left.size}
+
+
+def test_only_the_last_image_is_sampled_after_it_came(fringes, monkeypatch):
+    scanner = Scanner(fringes.calibration)
+    arriving, sampled = arrived(scanner, fringes), []
+    sample_of = inputs.sample_of
+    monkeypatch.setattr(inputs, "sample_of", lambda image: sampled.append(image) or sample_of(image))
+    arriving.cloud()
+    assert {image.ctypes.data for image in sampled} == {
+        images[-1, -1].ctypes.data for images in (fringes.left, fringes.right)
+    }
+    stack = checked_stack(list(fringes.left), fringes.left.shape[1], sampled=arriving._cameras[0].sampled)
+    assert np.array_equal(stack.sample, checked_stack(list(fringes.left), fringes.left.shape[1]).sample)
 
 
 def test_the_next_scan_takes_the_memory_of_one_that_was_let_go(fringes, scanned):
