@@ -40,13 +40,13 @@ def judge_rows(points: Singles, left: Phase, right: Phase, rectified: Rectified)
     """Measure how well the rows agree, and say what is wrong if they do not."""
     shifts, textured, error = np.empty((0, 3)), 0, float("nan")
     most = MOST_ERROR * max(1280, rectified.pixels[0])
-    for half in (0, 1):
-        found, seen = row_shifts(points, left, right, rectified, half)
+    for part in (0, 2, 1, 3):  # the first two: every other column of patches
+        found, seen = row_shifts(points, left, right, rectified, part)
         shifts, textured = np.concatenate([shifts, found]), textured + seen
         if len(shifts) >= _LEAST_PATCHES:
             error = float(np.sqrt(np.mean(even(shifts) ** 2)))
         if len(shifts) >= max(4 * _LEAST_PATCHES, textured // 2) and error <= most / 2:
-            break  # the other half of the patches would not change this
+            break  # the other patches would not change this
     judged = Epipolar(error, len(shifts))
     if textured < _LEAST_PATCHES:
         return judged, ""
@@ -78,10 +78,10 @@ def even(shifts: Floats) -> Floats:
     return np.asarray(fit)
 
 
-def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified, half: int) -> tuple[Floats, int]:
+def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified, part: int) -> tuple[Floats, int]:
     """Return the row shift in each patch that agrees, (K, 3) with its place, and the number of patches with texture.
 
-    Every other column of patches belongs to the same half. A place is given relative to the middle of the image, as a
+    Every fourth column of patches belongs to the same part. A place is given relative to the middle of the image, as a
     fraction of its width.
     """
     width, height = rectified.pixels
@@ -90,7 +90,7 @@ def row_shifts(points: Singles, left: Phase, right: Phase, rectified: Rectified,
     reach = _HALF * step
     margin = reach + _REACH * step + 1
     for y in np.linspace(margin, height - 1 - margin, _GRID[1]).astype(int):
-        for x in np.linspace(reach, width - 1 - reach, _GRID[0]).astype(int)[half::2]:
+        for x in np.linspace(reach, width - 1 - reach, _GRID[0]).astype(int)[part::4]:
             found = _patch(int(x), int(y), step, points, left, right, rectified)
             if found is None:
                 continue
