@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from scipy.fft import dctn, idctn
 from scipy.interpolate import RBFInterpolator
-from scipy.ndimage import median_filter
+from scipy.ndimage import distance_transform_edt, median_filter
 
 import debulk
 
@@ -463,6 +463,33 @@ def despiked(rng, cloud):
     )
 
 
+def replaced(rng, cloud):
+    """What stands out is taken out, and set to what is around: mean, plane, inpainted by two ways, nearest, opened."""
+    z = cloud[..., 2].astype(np.float32)
+    wide, least, how = int(rng.integers(21, 41)), rng.uniform(0.2, 0.8), rng.integers(6)
+    marks = (z - median_filter(z, wide) > least).astype(np.uint8)
+    marks = cv2.dilate(marks, np.ones((2 * int(rng.integers(0, 3)) + 1,) * 2, np.uint8))
+    low, scale = float(z.min()), 255 / float(np.ptp(z))
+    grey = np.round((z - low) * scale).astype(np.uint8)
+    if how in (2, 3):
+        full = cv2.inpaint(grey, marks, 5, (cv2.INPAINT_NS, cv2.INPAINT_TELEA)[how - 2]) / scale + low
+    elif how == 4:
+        full = z[tuple(distance_transform_edt(marks, return_distances=False, return_indices=True))]
+    elif how == 5:
+        full = cv2.morphologyEx(z, cv2.MORPH_OPEN, np.ones((wide, wide), np.uint8))
+    else:
+        full = z.copy()
+        count, labels = cv2.connectedComponents(marks)
+        for number in range(1, count):
+            own = (labels == number).astype(np.uint8)
+            rim = cv2.dilate(own, np.ones((5, 5), np.uint8)) > own
+            terms = np.column_stack([cloud[rim][:, :2], np.ones(rim.sum())])[:, 2 if how == 0 else 0 :]
+            plane = np.linalg.lstsq(terms, z[rim], rcond=None)[0]
+            inside = np.column_stack([cloud[own > 0][:, :2], np.ones(own.sum())])[:, 2 if how == 0 else 0 :]
+            full[own > 0] = inside @ plane
+    return np.dstack([cloud[..., :2], np.where(marks > 0, full, z)])
+
+
 def compressed(rng, cloud):
     """Coded as a video is: the cosines of 8 by 8 pixels are rounded, high ones more coarsely."""
     h, w = (n // 8 * 8 for n in cloud.shape[:2])
@@ -553,6 +580,7 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "float16": (plain, half_precision, False),
     "rows reordered": (plain, reordered, False),
     "despiked": (small, partial(scans, change=despiked, both=False), False),
+    "replaced": (small, partial(scans, change=replaced, both=False), False),
     "compressed": (small, partial(scans, change=compressed), False),
     "rows levelled": (plain, levelled, False),
     "no outline": (plain, without_outline(scans), True),

@@ -19,6 +19,7 @@ from debulk.inspection.rawscan import (
     filled,
     lost_places,
     narrow,
+    replaced,
     shared_noise,
 )
 from debulk.inspection.reference import resolution
@@ -68,7 +69,14 @@ CHECKS = (
         (lost_places.LIMITS,),
     ),
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
-    Check("filled", lambda seen: seen.filled.findings(), (filled.LIMITS, smooth_patches.LIMITS)),
+    Check(
+        "filled",
+        lambda seen: [
+            *seen.filled.findings(),
+            *replaced.findings(seen.standing.replaced, seen.found, seen.ply.recipe),
+        ],
+        (filled.LIMITS, smooth_patches.LIMITS, replaced.LIMITS),
+    ),
     Check(
         "smoothed",
         lambda seen: seen.filled.smoothed.findings(),

@@ -74,7 +74,7 @@ def _of_hole(
     material = recipe.material
     if hidden and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
         return None
-    most_mm = excess.ridge_of(_shown_mm(hole, found) + hidden_mm(hole.thickness), recipe)
+    most_mm = most_ridge_mm(hole.box, hole.thickness, found, recipe)
     limit_mm = recipe.verdict.max_ridge_mm
     if most_mm <= limit_mm:  # most are
         return None
@@ -84,12 +84,13 @@ def _of_hole(
     return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", _pair(hole.centre))
 
 
-def _shown_mm(hole: pocket.UnseenHole, found: Found) -> float:
-    """Return the largest excess of a fibre over a hole or beside it."""
-    if found.runs is None:
-        return 0.0
-    largest = found.runs.largest
-    return float(largest.values[cells_round(hole.box, largest, largest.spacing_mm)].max(initial=0.0))
+def most_ridge_mm(box_mm: Floats, wide_mm: float, found: Found, recipe: Recipe) -> float:
+    """Return the ridge of what the fibres show in a box or beside it, and of what a place so wide in it can hide."""
+    shown_mm = 0.0
+    if found.runs is not None:
+        largest = found.runs.largest
+        shown_mm = float(largest.values[cells_round(box_mm, largest, largest.spacing_mm)].max(initial=0.0))
+    return excess.ridge_of(shown_mm + hidden_mm(wide_mm), recipe)
 
 
 def left_out(found: Found) -> tuple[LeftOut, ...]:

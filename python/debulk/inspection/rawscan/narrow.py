@@ -22,8 +22,10 @@ from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
+from debulk.inspection.ply.hidden import harmless_mm
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
+from debulk.inspection.rawscan.replaced import Replaced, replaced
 from debulk.inspection.running.cycle import heed
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -97,6 +99,8 @@ class Standing:
     """What could not be looked for."""
     unknown: Finding | None = None
     """Why it is not known whether anything stands narrowly; None if it is known."""
+    replaced: tuple[Replaced, ...] = ()
+    """The patches inside a closed line of jumps."""
 
 
 class NarrowSearch:
@@ -104,6 +108,7 @@ class NarrowSearch:
 
     def __init__(self, setup: Setup) -> None:
         self._motion, self._thickness_mm = setup.pose[:3].astype(np.float32), setup.recipe.material.thickness_mm
+        self._narrowest_mm = harmless_mm(setup.recipe)
         self._ground, self._outside, self._first_mm, self._spacing_mm = _ground(setup)
 
     def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
@@ -122,14 +127,17 @@ class NarrowSearch:
         if max(pitches_mm) > LIMITS.coarsest_mm:
             return _not_searched(f"the pixels are {max(pitches_mm):.2g} mm apart")
         try:
-            return self._find(image.points, None if image.laid else mask, pitches_mm, stop or _core.Stop())
+            return self._find(image, None if image.laid else mask, pitches_mm, stop or _core.Stop())
         except _core.Stopped:
             if stop is None or stop.cancelled:
                 raise
             why = "the deadline passed before the scan was searched for what the filters take for noise"
             return _not_searched("the deadline passed", Finding("deadline", Verdict.UNDECIDED, why))
 
-    def _find(self, scan: Cloud, mask: Bools | None, pitches_mm: tuple[float, float], stop: _core.Stop) -> Standing:
+    def _find(
+        self, image: CloudImage, mask: Bools | None, pitches_mm: tuple[float, float], stop: _core.Stop
+    ) -> Standing:
+        scan = image.points
         coarse_mm = max(pitches_mm)  # a line scanner's lines may lie farther apart than the points along each
         sample_mm = max(1, round(LIMITS.sample_mm / coarse_mm)) * coarse_mm
         down, right = (max(1, round(sample_mm / pitch_mm)) for pitch_mm in pitches_mm)
@@ -143,6 +151,13 @@ class NarrowSearch:
             height.reshape(-1)[self._bare(points, height)] = np.nan
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
+            heed(stop, _SEARCH)
+            # Of a list of points, the heights in the pixels' middles: a slope is no noise there.
+            level = (
+                np.where(np.isfinite(height), image.heights[part][::down, ::right, 2], height) if image.laid else height
+            )
+            mold = points[..., 2] - height
+            made = replaced(level, mold, points[..., :2], sample_mm, self._narrowest_mm, lambda: image.step_mm)
             heed(stop, _SEARCH)
             out = height - _opened(height, LIMITS.window_mm / sample_mm)
             heed(stop, _SEARCH)
@@ -165,7 +180,7 @@ class NarrowSearch:
             if place is not None:
                 places.append(place)
         places.sort(key=lambda place: (-place.height_mm, place.top_mm))
-        return Standing(tuple(places), sample_mm)
+        return Standing(tuple(places), sample_mm, replaced=made)
 
     def _in_mold(self, scan: Cloud) -> Cloud:
         moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
