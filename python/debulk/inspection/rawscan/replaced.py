@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Bools
+from debulk.inspection.evidence.medians import OF_MEDIAN
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes.unseen import most_ridge_mm
@@ -60,7 +61,7 @@ _CROSS = ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
 _AROUND = (*_CROSS[1:], (-1, -1), (-1, 1), (1, -1), (1, 1))
 _BEND = np.array([[1.0, -2.0, 1.0]], dtype=np.float32)
 _WIDE = np.array([[1.0, 0.0, 0.0, -2.0, 0.0, 0.0, 1.0]], dtype=np.float32)  # over the cells of a reference's grid
-_TO_SIGMA = 1 / (0.6745 * math.sqrt(6.0))  # of the median of second differences of white noise
+_TO_SIGMA = OF_MEDIAN / math.sqrt(6.0)  # of the median of second differences of white noise
 
 
 @dataclass(frozen=True)
