@@ -76,7 +76,9 @@ def test_float64_and_strides_make_no_difference(layup, inspector, report):
     assert again.height_map.values.tobytes() == report.height_map.values.tobytes()
 
 
-def test_a_ply_without_pockets_passes_without_a_solve(layup):
+@pytest.mark.parametrize("seed", [1, 2, 7])
+def test_a_ply_without_pockets_passes_without_a_solve(seed):
+    layup = scenes.layup(seed=seed, pixels=(640, 480))  # pixels 2 mm apart, some rows of which fly over the ply
     inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     # The reference, seen once more, with a ply of 0.3 mm on it.
     points = layup.reference.astype(np.float64) @ layup.mold_from_scanner[:3, :3].T + layup.mold_from_scanner[:3, 3]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, cloud
 from debulk.arrays import Floats
 from debulk.inspection.clouds.cleaning import masked
+from debulk.inspection.evidence.flying import without_flying
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
 from debulk.inspection.ply.hidden import harmless_mm2
@@ -42,6 +43,7 @@ class WholeScanFinder:
         """
         stop = stop or _core.Stop()
         points = masked(scan, mask, "scan", stop)
+        points = without_flying(points, self._setup.pose[2, :3], self._setup.prepared.grid_spacing_mm)
         front = self._front
         front.inspect(points, stop, copy=False)
         times_ms, began = front.times_ms, time.perf_counter()

@@ -1,0 +1,64 @@
+"""Pixels of a coarse image that fly side by side: they keep each other from counting as outliers.
+
+On a fine grid the filter of spikes takes them out. A coarse one has a few of them in each cell, and a bump that stands
+over few cells looks like them. What tells the two apart is the ply: fibres that lie side by side cannot differ in
+length by more than it shears, so that what stands on it falls off along its crest, too, over more than a pixel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.evidence.pieces import grown, pieces_of
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of pixels that fly; `tests/python/inspection/test_flying.py` has such pixels, and bumps that are none."""
+
+    coarse_mm: float = 1.0  # pitch from which the filter of spikes spares what may be a bump (options.spike_mm)
+    steep: float = 2.0  # height over the pitch: a wall of 63 degrees all round
+    foot_share: float = 0.25  # of its height, which a group's own surroundings reach if it falls off as a ply does
+    unseen_share: float = 0.3  # of the pixels round a group: it may fall off among them (rawscan/narrow.py)
+    widest: int = 3  # pixels along each side of a square that stands: what holds one is a bump
+    longest_mm: float = 40.0  # what is longer is a standing wrinkle (rawscan/narrow.py)
+
+
+LIMITS = Limits()
+_FAR_MM = np.float32(1e6)  # beyond all heights
+
+
+def without_flying(scan: Cloud, up: Floats, pitch_mm: float) -> Cloud:
+    """Return an organised scan (H, W, 3) with NaN for pixels that fly, in a copy; a fine scan is returned as it is.
+
+    `up` (3,) is the mold's z in the scanner's frame.
+    """
+    if scan.ndim != 3 or not LIMITS.coarse_mm <= pitch_mm < np.inf:
+        return scan
+    flies = flying(scan @ up.astype(np.float32), pitch_mm)
+    return np.where(flies[..., None], np.float32(np.nan), scan) if flies.any() else scan
+
+
+def flying(height: Cloud, pitch_mm: float) -> Bools:
+    """Return which pixels of an image of heights (H, W), NaN where nothing was seen, fly above those around."""
+    square = np.ones((LIMITS.widest, LIMITS.widest), np.uint8)
+    known = np.abs(height) < _FAR_MM
+    low = cv2.erode(np.where(known, height, _FAR_MM), square)
+    stands = np.where(known, height - cv2.dilate(np.where(low < _FAR_MM, low, -_FAR_MM), square), 0)
+    flies = stands > LIMITS.steep * pitch_mm
+    pieces = pieces_of(flies, 8)
+    for number in pieces.of_size(1):
+        window = pieces.window(number, 1)
+        own = pieces.labels[window] == number
+        rows, columns = (np.ptp(at) + 1 for at in np.nonzero(own))
+        beside = grown(own) & ~own
+        flies[window][own] = (
+            pitch_mm * np.hypot(rows, columns) < LIMITS.longest_mm
+            and np.mean(~known[window][beside]) <= LIMITS.unseen_share
+            and stands[window][beside].max() <= LIMITS.foot_share * np.median(stands[window][own])
+        )
+    return flies
