@@ -141,15 +141,15 @@ pictures: $(stamps)/package $(stamps)/bench ## Make the pictures of the README a
 	$(python) bench/pictures/page.py
 
 .PHONY: wheel
-wheel: $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
-	cmake/make_wheel.sh $(python) dist
+wheel: $(stamps)/package $(stamps)/wheeltools ## Make a wheel that needs only Python, in dist/
+	cmake/make_wheel.sh $(python) dist build/test
 
 # Those of the Pythons that debulk supports which this machine has; each needs its headers.
 PYTHONS ?= $(shell for p in python3.11 python3.12 python3.13; do $$p -c 1 2> /dev/null && command -v $$p; done; true)
 
 .PHONY: wheelhouse
-wheelhouse: $(stamps)/system ## Make all that a cell without a network needs, for each of PYTHONS, in dist/wheelhouse
-	cmake/make_wheelhouse.sh dist/wheelhouse build $(PYTHONS)
+wheelhouse: $(stamps)/package $(stamps)/wheeltools ## Make all that a cell without a network needs, for each of PYTHONS, in dist/wheelhouse
+	cmake/make_wheelhouse.sh dist/wheelhouse $(python) build/test $(PYTHONS)
 
 .PHONY: trywheel
 trywheel: wheelhouse ## Try these wheels in a clean Debian 12 without a network (as root)
@@ -290,15 +290,15 @@ $(stamps)/referee: $(stamps)/venv
 	@$(pip) -r $(stamps)/referee.txt
 	@touch $@
 
-# The package as users get it.
+# The package as users get it. It shares a build with the tests, and keeps what those set there, so that nothing compiles twice.
 $(stamps)/package: $(sources) $(package_files) $(stamps)/venv
 	@echo 'debulk: building the package (two to four minutes on two cores the first time)'
-	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/wheel .
+	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test .
 	@touch $@
 
-# The package and the C++ tests from one build, warnings being errors. It installs the package too, which is then up to date.
+# The package and the C++ tests, warnings being errors. It installs the package too, which is then up to date.
 $(stamps)/tests: $(sources) $(package_files) $(test_sources) $(stamps)/tools
 	@echo 'debulk: building the package and the C++ tests (four to eight minutes on two cores the first time)'
-	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test \
+	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test --config-settings=build.targets=all \
 		--config-settings=cmake.define.DEBULK_TESTS=ON --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON .
 	@touch $@ $(stamps)/package

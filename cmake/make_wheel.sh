@@ -1,28 +1,26 @@
 #!/usr/bin/env bash
 # Makes a wheel that needs nothing but Python and glibc: the shared libraries it uses lie in it, with their licences.
 #
-#   cmake/make_wheel.sh PYTHON FOLDER [BUILD_DIR]
+#   cmake/make_wheel.sh PYTHON FOLDER BUILD_DIR [ROOMS]
 #
 # PYTHON has the packages of the extra "wheel" and of the build. The wheel is left in FOLDER, in place of an earlier one
-# for the same Python. Where ccache is installed, the sources that do not depend on Python compile once for all of them.
+# for the same Python. With ROOMS, a prefix where the C++ package of this source is installed, only the bindings compile.
 set -euo pipefail
 
-python=${1:?usage: make_wheel.sh PYTHON FOLDER [BUILD_DIR]}
-folder=${2:?usage: make_wheel.sh PYTHON FOLDER [BUILD_DIR]}
-build=${3:-build/wheel}
+python=${1:?usage: make_wheel.sh PYTHON FOLDER BUILD_DIR [ROOMS]}
+folder=${2:?usage: make_wheel.sh PYTHON FOLDER BUILD_DIR [ROOMS]}
+build=${3:?usage: make_wheel.sh PYTHON FOLDER BUILD_DIR [ROOMS]}
+rooms=${4:-}
 most_bytes=$((20 * 1000 * 1000))
 
 say() { printf 'debulk: %s\n' "$*"; }
 die() { say "$*" >&2; exit 1; }
 
-if command -v ccache >/dev/null; then
-    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
-fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 "$python" -m pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps \
-    --config-settings=build-dir="$build" --wheel-dir "$work/raw" .
+    --config-settings=build-dir="$build" ${rooms:+--config-settings=cmake.define.DEBULK_ROOMS="$rooms"} --wheel-dir "$work/raw" .
 PATH="$(cd "$(dirname "$python")" && pwd):$PATH" "$python" -m auditwheel repair --wheel-dir "$work/repaired" "$work"/raw/*.whl >"$work/repair.log" 2>&1 ||
     { cat "$work/repair.log" >&2; die "auditwheel failed"; }
 "$python" -m wheel unpack --dest "$work/open" "$work"/repaired/*.whl >/dev/null
