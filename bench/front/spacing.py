@@ -28,7 +28,7 @@ for spacing in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
     busy = []
     for _ in range(3):
         began = time.process_time()
-        heights = front.inspect(layup.scan, copy=False)
+        heights = front.inspect(layup.scan)
         busy.append(1e3 * (time.process_time() - began) / 2)
     pockets = debulk.pocket.segment(
         heights, ply_outline=layup.ply_outline, smooth_mm=inspector.recipe.patch.smooth_mm

@@ -31,7 +31,6 @@ from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.find.whole_scan import WholeScanFinder
-from debulk.inspection.holes.masked_holes import masked_holes
 from debulk.inspection.lines import places
 from debulk.inspection.place import mold_edge
 from debulk.inspection.place.placing import Placed, Placing
@@ -476,10 +475,8 @@ class Inspector:
         with self._finding.held():
             if self._finding.torn:
                 self._finder, self._finding.torn = WholeScanFinder(self.setup), False
-            found = self._finder.find(scan, self.mask, stop)
-        if self._below is not None:
-            found = replace(found, left_out=(*found.left_out, self._below.left_out()))
-        return found if self.mask is None else replace(found, masked=masked_holes(found, self.setup))
+            found = self._finder.find(scan, stop or _core.Stop())
+        return found if self._below is None else replace(found, left_out=(self._below.left_out(),))
 
     @typed
     def compare(self, report: Report, debulked_scan: ArrayLike) -> Comparison:

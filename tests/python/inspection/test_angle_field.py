@@ -11,7 +11,6 @@ from debulk.inspection.ply.angle_field import (
     averaged,
     completed,
     nominal_on,
-    parts_of,
     shear_of,
     turned,
 )
@@ -189,12 +188,14 @@ def test_lines_go_on_across_a_gap_along_what_is_known_nearest():
     assert across_gaps(whole := field()) is whole
 
 
-def test_parts_come_largest_first_with_a_place_in_them():
+def test_parts_of_a_field_count_from_a_size_on_and_the_largest_is_named():
     marked = np.zeros((21, 21), dtype=bool)
     marked[2:4, 2:4], marked[10:15, 3:9], marked[18, 18] = True, True, True
-    first, second = parts_of(marked, field(), 400.0)
-    assert (first.area_mm2, second.area_mm2) == (3000.0, 400.0)
-    assert -70 <= first.place_mm[0] <= -20 and 0 <= first.place_mm[1] <= 40
+    area_mm2, (x, y) = fibre_angles.marked_area(marked, field(), 400.0)
+    assert area_mm2 == 3400.0  # not that of the single point
+    assert -70 <= x <= -20 and 0 <= y <= 40
+    assert fibre_angles.marked_area(marked, field(), 3000.0)[0] == 3000.0
+    assert fibre_angles.marked_area(marked, field(), 3001.0) is None
 
 
 def findings_of(ply, runs=None):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-import cv2
 import numpy as np
 
+from debulk.arrays import Bools
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
-from debulk.inspection.ply import angle_field, excess
+from debulk.inspection.evidence.pieces import grown, pieces_of
+from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.area import in_cm2
@@ -42,8 +44,8 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
         yield from _too_long(runs.runs, gaps, ply)
     if ply.outline is None:  # where nobody knows what is ply
         return
-    if parts := list(angle_field.parts_of(gaps.values, gaps, ply.recipe.segmentation.area_tol_mm2)):
-        (x, y), area_mm2 = parts[0].place_mm, sum(part.area_mm2 for part in parts)
+    if unknown := marked_area(gaps.values, gaps, ply.recipe.segmentation.area_tol_mm2):
+        area_mm2, (x, y) = unknown
         reason = (
             f"the fibre directions are not known on {in_cm2(area_mm2)} of the ply, where the sensor saw none or the "
             f"drape does not reach; the largest such part lies round ({x:.0f}, {y:.0f}) mm: {_COVER}"
@@ -55,7 +57,7 @@ def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
     """Yield INVALID for the longest fibre over a gap, if it may make a ridge above the limit."""
     limit_mm = ply.recipe.verdict.max_ridge_mm
     longest_mm = excess.most_mm(runs) / _SHOWN
-    near = Grid(cv2.dilate(gaps.values.astype(np.uint8), np.ones((3, 3))), gaps.origin_mm, gaps.spacing_mm)
+    near = replace(gaps, values=grown(gaps.values))
     for n in np.argsort(-longest_mm, kind="stable").tolist():
         ridge_mm = excess.ridge_of(float(longest_mm[n]), ply.recipe)
         if ridge_mm <= limit_mm:
@@ -77,8 +79,7 @@ def _over(runs: FibreRuns, n: int, flags: Grid) -> bool:
     count = 2 + int(np.linalg.norm(np.diff(corners, axis=0), axis=1).max() / flags.spacing_mm)
     share = np.linspace(0, 1, count)[:, None, None]
     line = (1 - share) * corners[:-1] + share * corners[1:]
-    at = np.rint((line - flags.origin_mm) / flags.spacing_mm).astype(int)
-    i, j = np.moveaxis(np.clip(at, 0, np.array(flags.values.shape[::-1]) - 1), -1, 0)
+    i, j = np.moveaxis(np.clip(flags.cells(line), 0, np.array(flags.values.shape[::-1]) - 1), -1, 0)
     return bool(flags.values[j, i].any())
 
 
@@ -87,15 +88,26 @@ def locked(ply: PlyOnMold) -> list[Finding]:
     shear, limit = ply.shear, ply.recipe.material.locking_deg
     if shear is None:
         return []
-    beyond = np.nan_to_num(shear.values) > limit
-    parts = list(angle_field.parts_of(beyond, shear, ply.recipe.segmentation.area_tol_mm2)) if beyond.any() else []
-    if not parts:
+    beyond = marked_area(np.nan_to_num(shear.values) > limit, shear, ply.recipe.segmentation.area_tol_mm2)
+    if beyond is None:
         return []
-    (x, y), area_mm2 = parts[0].place_mm, sum(part.area_mm2 for part in parts)
-    most = float(np.nanmax(shear.values))
+    (area_mm2, (x, y)), most = beyond, float(np.nanmax(shear.values))
     reason = (
         f"the ply shears by up to {most:.0f} degrees, beyond its locking angle of {limit:g} degrees on "
         f"{in_cm2(area_mm2)}; the largest such part lies round ({x:.0f}, {y:.0f}) mm: it buckles there, and its "
         "fibres may run otherwise than a drape says"
     )
     return [Finding("locked", None, reason, most, limit, "degrees", (x, y))]
+
+
+def marked_area(marked: Bools, grid: Grid, least_mm2: float) -> tuple[float, tuple[float, float]] | None:
+    """Return the area of the marked points of a grid and a place in their largest part; None: no part is so large."""
+    cell_mm2 = float(grid.spacing_mm) ** 2
+    parts = pieces_of(marked, 8)
+    numbers = parts.of_size(least_mm2 / cell_mm2)
+    if not numbers:
+        return None
+    rows, columns = np.nonzero(parts.labels == max(numbers, key=lambda number: parts.sizes[number]))
+    middle = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
+    x, y = grid.origin_mm + grid.spacing_mm * np.array([columns[middle], rows[middle]])
+    return float(parts.sizes[numbers].sum()) * cell_mm2, (float(x), float(y))

@@ -13,6 +13,8 @@ from debulk.inspection.evidence.pieces import grown
 
 STRETCH_MM = 40.0  # length of a stretch along the outline, and the strips' reach to each side of it
 _STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline
+BESIDE_MM = 2 * _STRIP_MM  # of an edge: so near a scan may have points between both levels, and show it from the side
+PAST_MIDDLE = 0.55  # of the height of an edge: just beyond the half that its middle has in a blurred scan
 
 
 class Outline:
@@ -72,11 +74,11 @@ class Outline:
     def missed(self, missed_mm: Callable[[Floats], Floats], off_mm: float) -> Floats:
         """Return by how much the reference stands above its surface at the places and offsets, (N, K); 0: not known.
 
-        `missed_mm` is `Prepared.missed_mm`. Within 8 mm of places where the surface is off by more than `off_mm`, the
-        result is NaN: a blurred scan stands up there, too.
+        `missed_mm` is `Prepared.missed_mm`. Within `BESIDE_MM` of places where the surface is off by more than
+        `off_mm`, the result is NaN: a blurred scan stands up there, too.
         """
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
-        return np.where(grown(np.abs(out) > off_mm, 2), np.nan, out)
+        return np.where(grown(np.abs(out) > off_mm, round(BESIDE_MM / _STRIP_MM)), np.nan, out)
 
 
 def edge_seen(heights: Grid, bare_mm: Callable[[Floats], Floats], thickness_mm: float) -> Outline | None:

@@ -83,6 +83,8 @@ class Found:
     """The segmented scan with its feet; None: no pockets were looked for."""
     unseen: Unseen
     """How much of the ply is known (of the reference, if the outline is unknown), and the holes in it."""
+    holes: tuple[Hole, ...]
+    """The holes of `unseen`, each with whether the mask hides it."""
     overview: Grid
     """Heights above the reference for a picture."""
     times_ms: dict[str, float] = field(default_factory=dict)
@@ -91,18 +93,10 @@ class Found:
     """What this search leaves out."""
     doubt: str = ""
     """Why no pockets were looked for: the scan shows far too little of the ply. Empty if they were looked for."""
-    masked: tuple[bool, ...] = ()
-    """For each of the holes of `unseen`, whether the mask hides it. Empty if there is no mask."""
     runs: ScanRuns | None = None
     """The runs of the fibre lines over the scan; None: not read."""
     pitch_mm: float = 0.0
     """Distance from point to point of the scan; 0: not measured. The heights between them are interpolated."""
-
-    @property
-    def holes(self) -> tuple[Hole, ...]:
-        """The holes of `unseen`, each with whether the mask hides it."""
-        hidden = self.masked or (False,) * len(self.unseen.holes)
-        return tuple(zip(self.unseen.holes, hidden, strict=True))
 
     @property
     def pockets(self) -> tuple[FoundPocket, ...]:
@@ -114,14 +108,13 @@ class Found:
         sharing: dict[int, list[int]] = {}
         for number, index in enumerate(order, start=1):
             sharing.setdefault(feet.feet[index].label, []).append(number)
-        holes = self.holes
         return tuple(
             FoundPocket(
                 number,
                 segmentation,
                 feet,
                 index,
-                holes,
+                self.holes,
                 joined=tuple(n for n in sharing[feet.feet[index].label] if n != number),
                 runs=self.runs,
             )

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from debulk import _core, arrays, pocket
-from debulk.cloud import as_cloud
+from debulk import _core, pocket
+from debulk.arrays import Cloud, Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
 
-_EVERYTHING_MM = [[-1e9, -1e9], [1e9, 1e9]]
+_EVERYTHING_MM = (-1e9, -1e9, 1e9, 1e9)
 
 
 class FrontEnd:
@@ -34,33 +34,28 @@ class FrontEnd:
         self,
         reference: Reference,
         image: PinholeImage | None,
-        mold_from_scanner: ArrayLike | None = None,
+        mold_from_scanner: Floats,
         *,
         options: _core.surface.FrontEndOptions,
-        box_mm: ArrayLike | None = None,
+        box_mm: Floats | None = None,
         threads: int = 0,
         seen: tuple[NDArray[np.float32], NDArray[np.float64], float] | None = None,
     ) -> None:
-        box = arrays.numbers(_EVERYTHING_MM if box_mm is None else box_mm, "box_mm", (2, 2), "an array of shape (2, 2)")
-        self._shape: tuple[int, ...] = ()  # shape of the last scan's image
         self._threads, self._finder = threads, _core.pocket.PocketFinder()
         self._core: Any = _core.surface.FrontEnd(
             reference,
             (0, 0) if image is None else image.shape,  # the core reads it only if there is a camera
             None if image is None else image.camera,
-            np.eye(4) if mold_from_scanner is None else np.asarray(mold_from_scanner, dtype=np.float64),
-            tuple(box.reshape(4).tolist()),
+            mold_from_scanner,
+            _EVERYTHING_MM if box_mm is None else tuple(box_mm.reshape(4).tolist()),
             options,
             threads,
             seen,
         )
 
-    def inspect(self, scan: ArrayLike, stop: _core.Stop | None = None, *, copy: bool = True) -> HeightMap:
-        """Return the height map of a scan; without a copy its arrays are views that the next call overwrites."""
-        points = as_cloud(scan, "scan")
-        self._shape = points.shape[:-1]
-        *maps, origin, spacing = self._core.run(points, stop or _core.Stop())
-        values, measured, before = (m.copy() if copy and m is not None else m for m in maps)
+    def inspect(self, points: Cloud, stop: _core.Stop | None = None) -> HeightMap:
+        """Return the height map of a scan; its arrays are views that later calls overwrite."""
+        values, measured, before, origin, spacing = self._core.run(points, stop or _core.Stop())
         return HeightMap(values, origin, spacing, measured.view(np.bool_), before, self._core.blur_mm2)
 
     def overview(self, options: _core.pocket.UnseenOptions) -> tuple[Grid, _core.pocket.Unseen]:
@@ -75,18 +70,6 @@ class FrontEnd:
         segmentation, its_feet = self._finder.run(self._core, wanted, feet, self._threads, stop)
         found = pocket.from_core(segmentation)
         return found, pocket.feet_from_core(found, its_feet, feet)
-
-    @property
-    def fast(self) -> bool:
-        """Whether the last scan was processed by the fast method."""
-        return bool(self._core.fast)
-
-    @property
-    def keep(self) -> NDArray[np.bool_]:
-        """(H, W) or (N,): False for the last scan's outliers and missing points."""
-        rows, columns = self._shape if len(self._shape) == 2 else (*self._shape, 1)
-        keep: NDArray[np.uint8] = self._core.keep((rows, columns))
-        return keep.view(np.bool_).reshape(self._shape)
 
     @property
     def times_ms(self) -> dict[str, float]:

@@ -13,6 +13,7 @@ from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.evidence.flying import without_flying
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
+from debulk.inspection.find.masked_holes import is_masked
 from debulk.inspection.ply.hidden import harmless_mm2
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import in_parallel
@@ -29,37 +30,36 @@ class WholeScanFinder:
         self._front = FrontEnd(
             setup.prepared.datum,
             setup.prepared.image,
-            setup.mold_from_scanner,
+            setup.pose,
             options=options.front_end(setup.recipe, setup.prepared.grid_spacing_mm),
             box_mm=self._ply_box(),
             threads=setup.recipe.run.threads,
             seen=setup.prepared.seen_on_grid(),
         )
 
-    def find(self, scan: ArrayLike, mask: NDArray[np.bool_] | None = None, stop: _core.Stop | None = None) -> Found:
-        """Find the pockets of a scan, scanner frame, mm; of an organised one, where the (H, W) mask is not True.
+    def find(self, scan: ArrayLike, stop: _core.Stop) -> Found:
+        """Find the pockets of a scan, scanner frame, mm; of an organised one, where the mask does not hide it.
 
         `Stopped` is raised when the stop is raised from another thread, or when its deadline passes.
         """
-        stop = stop or _core.Stop()
-        points = masked(scan, mask, "scan", stop)
+        points = masked(scan, self._setup.mask, "scan", stop)
         points = without_flying(points, self._setup.pose[2, :3], self._setup.prepared.grid_spacing_mm)
         front = self._front
-        front.inspect(points, stop, copy=False)
+        front.inspect(points, stop)
         times_ms, began = front.times_ms, time.perf_counter()
         listed = options.unseen(self._recipe, self._setup.outline)
-        listed.area_tol_mm2 = min(
-            listed.area_tol_mm2, 2 * harmless_mm2(self._recipe)
-        )  # filled ones: from half of it on
+        # Of holes that are filled in, those of half of this are listed, too.
+        listed.area_tol_mm2 = min(listed.area_tol_mm2, 2 * harmless_mm2(self._recipe))
         wanted, feet = options.segment(self._recipe, self._setup.outline), options.feet(self._recipe)
         search = in_parallel(stop, lambda: front.pockets(wanted, feet, stop), self._recipe.run.threads)
         with search as found:  # its steps leave cores idle
             overview, unseen = front.overview(listed)
+            holes = tuple((hole, is_masked(hole, self._setup)) for hole in unseen.holes)
             if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
-                return Found(None, unseen, overview, times_ms, doubt=self._why_so_little(points, stop))
+                return Found(None, unseen, holes, overview, times_ms, doubt=self._why_so_little(points, stop))
             part = found()
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
-        return Found(part, unseen, overview, times_ms)
+        return Found(part, unseen, holes, overview, times_ms)
 
     def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
         """Return what is likely to be wrong with a scan that shows far too little of the ply."""

@@ -16,6 +16,7 @@ import numpy as np
 from debulk import _core
 from debulk.fibre import FibreRuns
 from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.ply.excess import LEAST_ERROR_MM
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
@@ -24,7 +25,6 @@ from debulk.results.bridge_section import BridgeSection
 # Where a fibre is surely too short, the upper end of its height by its errors lay below that of an own code in 6 of 24
 # scans, by up to 0.14 mm (bench/trust/bridges_fresh.txt). The margin of the limit covers the rest.
 _MISSED_MM = 0.1
-_LEAST_ERROR_MM = 0.04  # of a fibre's length; a ridge is half as high as its excess is long
 _UNKNOWN = (math.nan, math.nan)
 
 
@@ -78,7 +78,7 @@ def _measured(runs: FibreRuns | None, ply: PlyOnMold, stop: _core.Stop) -> Bridg
     first = np.flatnonzero(np.diff(runs.line, prepend=-1))
     last = np.flatnonzero(np.diff(runs.line, append=-1))
     lacks_mm = -np.add.reduceat(runs.excess_mm, first)
-    error_mm = np.maximum(np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first)), _LEAST_ERROR_MM)
+    error_mm = np.maximum(np.sqrt(np.add.reduceat(runs.uncertainty_mm**2, first)), LEAST_ERROR_MM)
     # What is too long on it may feed what is too short, or not, as flat ply between them may hold both.
     most_mm = np.maximum(lacks_mm, -np.minimum.reduceat(runs.excess_mm, first)) + error_mm
     fibres = np.column_stack([runs.from_mm[first], runs.to_mm[last], lacks_mm, error_mm, most_mm])

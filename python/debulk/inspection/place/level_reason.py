@@ -123,7 +123,7 @@ def _step(step: Step) -> tuple[str, str]:
 def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
     """Name a deviation that no simple motion explains, and a remedy."""
     tol_mm = options.level_tol_mm(recipe)
-    worst = int(np.argmax(np.abs(found.residual_mm) - 2 * found.error_mm))
+    worst = int(np.argmax(np.abs(found.residual_mm) - medians.SURE * found.error_mm))
     x, y = found.xy_mm[worst]
     what = (
         f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {tol_mm:.2g} mm too "

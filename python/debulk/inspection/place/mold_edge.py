@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.grid import Grid
+from debulk.inspection.evidence.outline import BESIDE_MM
 from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.evidence.ply_zones import LEAST_POINTS, SIDES_MM
 from debulk.inspection.evidence.sample import Sample
@@ -23,8 +24,6 @@ from debulk.verdict import Verdict
 class Limits:
     """Of what stands below a cliff of the reference; `tests/python/inspection/test_cliffs.py` has such molds."""
 
-    # So near to the edge a scan may have points between both levels, and show the ply from the side, too.
-    margin_mm: float = 8.0
     cliff_mm: float = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
     high_thicknesses: float = 0.5  # what stands so high above the table may be a ply
 
@@ -73,7 +72,7 @@ class BelowEdge:
             "the table",
             bound=f"no square of {_SQUARE_MM:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
             "above the reference; a ply that hangs over the edge is judged up to "
-            f"{LIMITS.margin_mm:g} mm from the edge only",
+            f"{BESIDE_MM:g} mm from the edge only",
         )
 
 
@@ -85,7 +84,7 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | No
         return prepared, None
     above = marks.view(np.bool_)
     known = np.isfinite(seen.values)
-    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, LIMITS.margin_mm))
+    cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, BESIDE_MM))
     beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
     below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
     share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))

@@ -15,6 +15,7 @@ import numpy as np
 from debulk import _core
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
+from debulk.inspection.evidence.outline import PAST_MIDDLE
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.reference.prepared import Prepared
@@ -30,9 +31,8 @@ from debulk.verdict import Verdict
 class Limits:
     """Of flat places with a sharp edge; bench/trust/trust.py has torn and folded plies, and things on them."""
 
-    off_thicknesses: float = 0.55  # off the ply's level: just beyond the half that the middle of an edge reaches
-    quarters: tuple[float, float] = (0.25, 0.75)  # shares of its height between which the width of its edge is measured
-    edge_mm: float = 3.5  # greatest width of the edge, between these quarters; a step has two cells of the map at most
+    off_thicknesses: float = PAST_MIDDLE  # off the ply's level, at least
+    edge_mm: float = 3.5  # greatest width of the edge, between what is flat; a step has two cells of the map at most
     edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
     flat_share: float = 0.25  # of its height: by less a cell of a flat place is off it, and neighbours in an even part
     least_flat_share: float = 0.68  # of its cells
@@ -168,7 +168,8 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float, ground: Floats,
     if length < max(least_rim_share * around, LIMITS.least_rim_mm / cell):
         return 0.0
     edge = grown(rim, max(1, round(LIMITS.reach_mm[0] / cell))) & known & down
-    low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in LIMITS.quarters)
+    quarters = LIMITS.flat_share, 1 - LIMITS.flat_share
+    low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in quarters)
     edge_mm, wide_mm = (low - high) / length * cell, 4 * int(np.count_nonzero(own)) / around * cell
     return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0
 

@@ -13,7 +13,7 @@ import numpy as np
 from debulk.arrays import Bools, Floats, Whole
 from debulk.grid import Grid
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.outline import STRETCH_MM, Outline
+from debulk.inspection.evidence.outline import BESIDE_MM, PAST_MIDDLE, STRETCH_MM, Outline
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.results.area import in_cm2
@@ -43,7 +43,7 @@ class Limits:
     blur_mm: float = 6.0  # an edge nearer to the outline than this counts as on it: a map's cells are up to 8 mm wide
     far_mm: float = 20.0  # an edge that is off by so much hides a pocket or makes its edge free
     far_stretches: int = 3  # in a row; of 305 right layups one had a single one, and none had two
-    ply: Kind = Kind(0.55, 8.0, 200.0, median=0.75)  # more than the half of its height that its edge's middle has
+    ply: Kind = Kind(PAST_MIDDLE, BESIDE_MM, 200.0, median=0.75)
     # A bump that goes on across the outline; a camera that looks aslant sees the side of a lifted edge 3 mm outside.
     crossing: Kind = Kind(2.0, 4.0, 45.0, crosses=True)
     begins_mm: float = 16.0  # a piece that begins farther off the outline is no part of the ply
@@ -54,7 +54,7 @@ class Limits:
     along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
     lifted_mm: float = 0.2  # ply that is lower lies on the mold
     aslant: float = 0.7  # of its height: so far outside shows the side of an edge that is seen at 35 degrees
-    levels_mm: tuple[float, float] = (8.0, 28.0)  # distances from the outline between which both levels are read
+    levels_mm: tuple[float, float] = (BESIDE_MM, 28.0)  # distances from the outline between which both levels are read
     levels_share: float = 0.3  # of the outline along which both must be known
     # Of the ply's thickness: in right layups of the third family the step has 0.994 to 1.008. Heights that are 0.9 of
     # the true ones have 0.81 of the excess.

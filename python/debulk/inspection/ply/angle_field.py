@@ -6,7 +6,6 @@ sensor saw the ply. What remains is a gap: nothing is made up there, and a fibre
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cv2
@@ -34,14 +33,6 @@ class Turned:
     median_deg: float
     signed_deg: float
     places: int
-
-
-@dataclass(frozen=True)
-class Part:
-    """A connected part of a grid: its area, and a place in it near its middle."""
-
-    area_mm2: float
-    place_mm: tuple[float, float]
 
 
 def nominal_on(nominal: Floats | Grid, measured: Floats | Grid) -> Grid:
@@ -174,19 +165,6 @@ def on_ply(grid: Grid, ply_outline: Floats | None) -> Bools:
     if ply_outline is None:
         return np.ones(shape, dtype=np.bool_)
     return pocket.inside(ply_outline, points_of(grid).reshape(-1, 2)).reshape(shape)
-
-
-def parts_of(marked: Bools, grid: Grid, least_mm2: float) -> Iterator[Part]:
-    """Yield the connected parts of the marked points of a grid that are not smaller than this, the largest first."""
-    _, labels, figures, _ = cv2.connectedComponentsWithStats(marked.astype(np.uint8), connectivity=8)
-    areas = figures[1:, cv2.CC_STAT_AREA] * float(grid.spacing_mm) ** 2
-    for k in np.argsort(-areas, kind="stable"):
-        if areas[k] < least_mm2:
-            break
-        rows, columns = np.nonzero(labels == k + 1)
-        middle = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
-        x, y = grid.origin_mm + grid.spacing_mm * np.array([columns[middle], rows[middle]])
-        yield Part(float(areas[k]), (float(x), float(y)))
 
 
 def _apart(angles_deg: Floats, nominal_deg: Floats) -> Floats:

@@ -11,6 +11,8 @@ from debulk.inspection.ply.polyline import direction_deg
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport
 
+LEAST_ERROR_MM = 0.04  # of a fibre's length; a ridge is half as high as its excess is long
+
 
 def of_runs(runs: FibreRuns, bridge_bound_mm: float, recipe: Recipe) -> ExcessReport:
     """Return the ridge that the runs over a pocket's foot make, at least one, with its range.

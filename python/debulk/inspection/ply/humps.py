@@ -20,7 +20,7 @@ from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, paraboloid, product
-from debulk.inspection.ply.excess import ridge_of
+from debulk.inspection.ply.excess import LEAST_ERROR_MM, ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
 from debulk.recipe import Recipe
@@ -36,7 +36,6 @@ _SEEN = 0.9  # of hump and ring
 _SMOOTH = 0.15  # of the hump's height: the ring's root mean square off its quadratic surface, at most
 _LEAST_MM = 1.0  # lower humps make no ridge that counts, unless they are narrower than the cells can show
 _LEAST_MM2 = 60.0  # above half its height: what is smaller is a flaw of the scan
-_AIR_MM = 0.04  # of excess, which is twice as long as its ridge is high: with less the ply lies on the hump
 _MOST = 30  # places that are tried at each radius
 _FOOT = 0.05  # of its height: where a hump begins
 _EIGHT = ((1, 0), (5, 1), (5, 2), (3, 2), (1, 1), (2, 3), (2, 5), (1, 5))  # cells along x and y, every 11 degrees
@@ -120,7 +119,7 @@ def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
     remedy = "give the scan that was taken after the ply before was debulked"
     out = []
     for hump in humps:
-        air = hump.shown_mm > _AIR_MM
+        air = hump.shown_mm > LEAST_ERROR_MM  # with less the ply lies on the hump
         stands = f", and the ply stands off it: together a ridge of {hump.ridge_mm:.2f} mm" if air else ""
         reason = f"the reference has {_what(hump)}{stands}: if that is a pocket of the ply before, {remedy}"
         at_best = Verdict.UNDECIDED if air else None

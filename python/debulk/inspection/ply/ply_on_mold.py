@@ -52,11 +52,6 @@ class PlyOnMold:
         return cls(reference, outline, angle_field.averaged(both), recipe, turned)
 
     @kept
-    def datum(self) -> Reference:
-        """The surface above which the ply's heights are measured; see `debulk.surface.Reference.datum`."""
-        return self.reference.datum(self.recipe.material.thickness_mm)
-
-    @kept
     def fibres(self) -> PlyFibres:
         """The lines along its fibres, which are the same for every scan of it."""
         angles = self.fibre_angles_deg

@@ -30,7 +30,7 @@ class Limits:
     least_windows: int = 16
     half_pixels: int = 12  # from a window's middle to its sides
     miss_pixels: float = 2.0  # by which the pixel in a window's middle may miss the outline
-    near_pixels: float = 6.0  # from the edge: within it the spread is measured
+    near_pixels: float = half_pixels / 2  # from the edge: within it the spread is measured, beyond it the noise
     beside_pixels: float = 4.0  # from the edge: beyond it the levels are read
     least_seen_share: float = 0.9  # of a window's pixels
     least_points: int = 60  # in each part of a window, and for the first estimate

@@ -22,6 +22,7 @@ from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
+from debulk.inspection.place import ply_edge
 from debulk.inspection.ply.hidden import harmless_mm
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
@@ -51,7 +52,6 @@ class Limits:
     steepest: float = 2.0  # height over the width of the foot; a bump that is steeper is not of a ply
     wrinkle_mm: float = 40.0  # what is longer is a standing wrinkle
     coarsest_mm: float = 4.0  # distance of samples from which on nothing so narrow is resolved
-    outside_mm: float = 6.0  # by which the ply may reach beyond its outline (ply_edge: blur_mm)
     spoiled_share: float = 0.2  # of the ply's samples that stand out: more of them are no places but a spoiled scan
 
 
@@ -231,7 +231,7 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], Bools, Floats, float]:
     ny, nx = seen.values.shape  # of which the ply may be a small part
     every = [[0, 0], [nx - 1, 0], [nx - 1, ny - 1], [0, ny - 1]]
     outline = np.array(every if setup.outline is None else seen.cells(setup.outline), dtype=np.int32)
-    reach = round(LIMITS.outside_mm / float(seen.spacing_mm))
+    reach = round(ply_edge.LIMITS.blur_mm / float(seen.spacing_mm))
     low, high = np.clip([outline.min(axis=0) - reach, outline.max(axis=0) + reach + 1], 0, (nx, ny)).astype(np.int32)
     rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
     at = np.meshgrid(column[columns], row[rows])
