@@ -176,7 +176,7 @@ DEBULK_INLINE Found search(PhaseIndex& index, Floats phase, Ints which) {
 
 // Finds phases that are expected at a place. If the phases of all pixels before the five segments round it are below, and of
 // those behind them above, no others need to be looked at.
-DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats place) {
+Found find(PhaseIndex& index, Floats phase, Ints which, Floats place) {
   constexpr int round_it = 5, tries = 16;
   which &= (phase >= index.low) & (phase <= index.high);
   if (!any(which)) return {};
@@ -207,6 +207,47 @@ DEBULK_INLINE Found find(PhaseIndex& index, Floats phase, Ints which, Floats pla
   return search(index, phase, which);
 }
 
+// The usual case: the row goes through each phase once, in one of so many segments from the pixel j on, and all pixels before
+// and behind these are on its two sides. Returns the segments' first pixels, and whether it is so.
+template <int segments, class Group>
+DEBULK_INLINE Floats passage(const PhaseIndex& index, Floats phase, Ints which, Floats j, const Group& here, bool& once) {
+  const Floats turned = phase * index.turn;
+  Ints sure = (here(index.below, row_room) < turned) & (here(index.above, row_room + segments) > turned), before = ~Ints{};
+  Floats at = j;
+  for (int s = 1; s < segments; ++s) {
+    const Floats value = here(index.row->phase, s) * index.turn;
+    const Ints below = value < turned;
+    sure &= (below & before) | (value > turned);
+    at = choose(below, j + static_cast<float>(s), at), before = below;
+  }
+  once = !any(which & ~sure);
+  return at;
+}
+
+// The place in the segment that begins at a pixel. a, b: the phases at its ends less the one that is looked for.
+DEBULK_INLINE Found between(Floats a, Floats b, Floats at, Ints which, float edge) {
+  Found out;
+  out.there = which & (absolute(b - a) <= edge);
+  const Floats part = a / (a - b), next = choose(part >= 1.0f, all(1.0f), all(0.0f));
+  out.at = at + next, out.part = part - next;
+  return out;
+}
+
+// Finds phases that are expected at the sixteen pixels from `first` on.
+DEBULK_INLINE Found find_back(PhaseIndex& index, Floats phase, Ints which, int first) {
+  const Floats column = converted<Floats>(counting() + first);
+  if (first > 0) {
+    const auto row = [&](const std::vector<float>& values, int beyond = 0)
+                         DEBULK_LAMBDA { return load(values.data() + first - 1 + beyond); };
+    bool once;
+    const Floats at = passage<2>(index, phase, which, column - 1.0f, row, once);
+    const Ints second = at == column;
+    const Floats here = row(index.row->phase, 1), a = choose(second, here, row(index.row->phase));
+    if (once) return between(a - phase, choose(second, row(index.row->phase, 2), here) - phase, at, which, index.edge);
+  }
+  return find(index, phase, which, column);
+}
+
 MatchCounts match(PhaseIndex& left, PhaseIndex& right, float* disparity, float* sigma) {
   MatchCounts counts;
   auto bridged = left.row->bridged.begin();
@@ -220,20 +261,32 @@ MatchCounts match(PhaseIndex& left, PhaseIndex& right, float* disparity, float* 
     store(disparity + i, all(nan)), store(sigma + i, all(nan));
     if (!any(seen)) continue;
     counts.seen += __builtin_popcount(bits(seen));
-    const Found x = find(right, phase, seen, expected);
+    constexpr int round_it = 3;
+    const Floats first = whole_part(higher(lower(expected - 1.0f, all(last - round_it)), all(0.0f)));
+    Spot spot(first, seen, 2, round_it + 3);
+    const auto within = [&](Floats j, Ints which)
+                            DEBULK_LAMBDA { return choose(which, j, lower(all(static_cast<float>(spot.from + 2)), all(last))); };
+    bool once;
+    Floats at = within(first, seen);
+    at = passage<round_it>(right, phase, seen, at, spot(at), once);
+    auto place = spot(at);
+    Floats here = place(row.phase), next = place(row.phase, 1);
+    Found x = between(here - phase, next - phase, at, seen, right.edge);
+    once = once && !any(seen & (x.at != at));
+    if (!once) x = find(right, phase, seen, expected);
     Ints fine = x.there & ~x.apart_too;
     if (!any(fine)) {
       counts.unmatched += __builtin_popcount(bits(seen & ~x.there)), counts.ambiguous += __builtin_popcount(bits(x.apart_too));
       continue;
     }
     expected = choose(fine, x.at + x.part, expected);
+    if (!once) {
+      spot = Spot(x.at, fine, 2, 3);
+      at = within(x.at, fine), place = spot(at), here = place(row.phase), next = place(row.phase, 1);
+    }
+    const Floats nearest = choose(x.part >= 0.5f, at + 1.0f, at);
     // The left row, searched for the phase of the partner, must give this pixel again.
-    const Spot spot(x.at, fine, 2, 3);
-    const Floats beyond = all(static_cast<float>(spot.from + 2));
-    const Floats at = choose(fine, x.at, lower(beyond, all(last))), nearest = choose(x.part >= 0.5f, at + 1.0f, at);
-    auto place = spot(at);
-    Floats here = place(row.phase), next = place(row.phase, 1);
-    const Found back = find(left, choose(x.part >= 0.5f, next, here), fine, column);
+    const Found back = find_back(left, choose(x.part >= 0.5f, next, here), fine, i);
     const Ints unmatched = seen & ~(x.apart_too | back.there);
     fine &= back.there & ~back.apart_too;
     // A place exactly on a pixel belongs to the segment before it if no segment begins there. The mean of two places

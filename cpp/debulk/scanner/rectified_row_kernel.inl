@@ -34,32 +34,36 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const Ints k = i - i[0], second = j > top;
     const long corner = static_cast<long>(top) * view.width + i[0];
     const bool close = corner + 2L * view.width + 2 * lanes < pixels && every((j >= top) & (j <= top + 1) & (k >= 0) & (k < 2 * lanes - 1));
-    const Near<2> columns(k);
     const bool two_rows = any(second);
-    const auto near_by = [&](const float* map) DEBULK_LAMBDA {
-      const Floats in_top = columns(map + corner);
-      return two_rows ? choose(second, columns(map + corner + view.width), in_top) : in_top;
-    };
-    Floats a = {}, b = {}, c = {}, d = {};
-    if (close) {
+    Floats a = {}, b = {}, c = {}, d = {}, sigma = {};
+    const auto take = [&](const auto& columns) DEBULK_LAMBDA {
+      const auto near_by = [&](const float* map) DEBULK_LAMBDA {
+        const Floats in_top = columns(map + corner);
+        return two_rows ? choose(second, columns(map + corner + view.width), in_top) : in_top;
+      };
       a = near_by(view.phase), b = choose(u > 0.0f, near_by(view.phase + 1), a);
       c = choose(v > 0.0f, near_by(view.phase + view.width), a);
       d = choose(v > 0.0f, choose(u > 0.0f, near_by(view.phase + view.width + 1), c), b);
+      if (view.noise) sigma = near_by(view.noise);
+    };
+    // Mostly the columns come one after the other, but for a place where one is left out or comes twice.
+    const int begin = std::min(0, k[lanes - 1] - (lanes - 1));
+    const Ints ahead = k - (counting() + begin);
+    if (close && every((ahead >= 0) & (ahead <= 1)) && corner + begin >= 0) {
+      take([&](const float* map) DEBULK_LAMBDA { return choose(ahead == 1, load(map + begin + 1), load(map + begin)); });
+    } else if (close) {
+      take(Near<2>(k));
     } else {
       a = gather(view.phase, at), b = gather(view.phase, at + beside);
       c = gather(view.phase, at + below), d = gather(view.phase, at + below + beside);
+      if (view.noise) sigma = gather(view.noise, at);
     }
     const Floats upper = a + u * (b - a), lower_row = c + u * (d - c);
     const Floats step = higher(higher(absolute(b - a), absolute(d - c)), higher(absolute(c - a), absolute(d - b)));
     const Floats value = upper + v * (lower_row - upper);
     const Ints whole = (step <= view.edge) & (value == value);  // the step can hide a pixel without a phase
     store(phase, choose(within & whole, value, all(nan)));
-    if (view.noise) {
-      const Floats sigma = close ? near_by(view.noise) : gather(view.noise, at);
-      store(out.noise.data() + column, sigma * root((1.0f - v) * (1.0f - v) + v * v));
-    } else {
-      store(out.noise.data() + column, all(0.0f));
-    }
+    store(out.noise.data() + column, view.noise ? sigma * root((1.0f - v) * (1.0f - v) + v * v) : all(0.0f));
     store(out.fraction.data() + column, u);
     const Ints near = ((a == a) | (b == b)) & ((c == c) | (d == d));
     for (unsigned which = bits(within & ~whole & near) & ((1u << left) - 1); which != 0; which &= which - 1) {

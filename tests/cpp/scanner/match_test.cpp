@@ -255,5 +255,26 @@ TEST(RectifiedRow, InterpolatesBetweenFourPixelsAndNeverIntoAGap) {
   EXPECT_TRUE(std::isnan(row.phase[width - 1]));  // outside the image
 }
 
+TEST(RectifiedRow, InterpolatesAtAnyScale) {
+  // Sixteen neighbours lie on sixteen pixels, with one left out or twice among them, far apart, or in the other order.
+  Rows phase;
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) phase.push_back(0.1f * i + 0.03f * j);
+  for (const float scale : {0.3f, 0.95f, 1.0f, 1.04f, 1.3f, 3.0f, -1.0f}) {
+    Rows map_x, map_y;
+    for (int j = 0; j < height; ++j)
+      for (int i = 0; i < width; ++i) map_x.push_back((scale < 0 ? 202.5f : 0.0f) + scale * i), map_y.push_back(j + 0.02f * i);
+    PhaseView v = view(phase);
+    v.map_x = map_x.data(), v.map_y = map_y.data(), v.edge = 1;
+    for (const Isa isa : {Isa::base, Isa::v3, Isa::v4}) {
+      if (isa > best_isa()) continue;
+      RectifiedRow row;
+      rectify_row(v, 4, row, isa);
+      for (std::size_t i = 0; i < width && map_x[i] <= width - 1 && map_x[i] >= 0; ++i)
+        ASSERT_NEAR(row.phase[i], 0.1f * map_x[i] + 0.03f * map_y[4 * width + i], 1e-4) << scale << " " << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace debulk
