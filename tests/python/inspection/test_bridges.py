@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +16,6 @@ from debulk.results.bridge_section import BridgeSection
 THICKNESS_MM = 0.3
 HALF_PLY_MM = 600.0
 SQUARE = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-OUTLINE = HALF_PLY_MM * SQUARE
 
 
 def clouds(radius_mm: float, half_width_mm: float, flatter: float, half_ply_mm: float):
@@ -28,12 +28,24 @@ def clouds(radius_mm: float, half_width_mm: float, flatter: float, half_ply_mm: 
     return np.column_stack([xx, yy, -sag]), np.column_stack([xx, yy, top])
 
 
+@cache
+def inspector(radius_mm: float, half_width_mm: float, half_ply_mm: float, known_outline: bool, criterion: str):
+    """Prepare for plies over a dish once: a preparation takes as long as an inspection."""
+    reference, _ = clouds(radius_mm, half_width_mm, 1.0, half_ply_mm)
+    recipe = Recipe(level={"largest_pocket_share": 1.0}, verdict={"criterion": criterion})
+    return Inspector(recipe, reference, half_ply_mm * SQUARE if known_outline else None)
+
+
 def inspect(
-    radius_mm: float, half_width_mm: float, flatter: float, outline=OUTLINE, half_ply_mm: float = HALF_PLY_MM, **verdict
+    radius_mm: float,
+    half_width_mm: float,
+    flatter: float,
+    half_ply_mm: float = HALF_PLY_MM,
+    known_outline: bool = True,
+    criterion: str = "excess",
 ) -> Report:
-    reference, scan = clouds(radius_mm, half_width_mm, flatter, half_ply_mm)
-    recipe = Recipe(level={"largest_pocket_share": 1.0}, verdict=verdict)
-    return Inspector(recipe, reference, outline).inspect(scan)
+    _, scan = clouds(radius_mm, half_width_mm, flatter, half_ply_mm)
+    return inspector(radius_mm, half_width_mm, half_ply_mm, known_outline, criterion).inspect(scan)
 
 
 def held_mm(half_ply_mm: float) -> float:
@@ -56,7 +68,7 @@ def tight() -> Report:
 @pytest.fixture(scope="module")
 def near_the_edge() -> Report:
     """The same, with so little ply round it that it slips until it stands 0.5 mm high; the net's stands as pinned."""
-    return inspect(150.0, 45.0, 2.5, outline=433.0 * SQUARE, half_ply_mm=433.0)
+    return inspect(150.0, 45.0, 2.5, half_ply_mm=433.0)
 
 
 def test_a_bridge_over_a_tight_hollow_counts(tight):
@@ -162,7 +174,7 @@ def test_its_report_cannot_be_made_to_pass(near_the_edge, tmp_path):
 
 
 def test_the_paper_s_criterion_is_left_as_it_is():
-    (one,) = inspect(150.0, 45.0, 2.5, outline=433.0 * SQUARE, half_ply_mm=433.0, criterion="paper").pockets
+    (one,) = inspect(150.0, 45.0, 2.5, half_ply_mm=433.0, criterion="paper").pockets
     assert one.verdict is Verdict.CREASE and one.bridge_section is None
 
 
@@ -198,12 +210,12 @@ def test_the_report_keeps_what_is_drawn_in(wide, tmp_path):
 
 
 def test_without_an_outline_friction_holds_as_far_as_the_reference_reaches(tight):
-    (one,) = inspect(150.0, 45.0, 2.5, outline=None).pockets
+    (one,) = inspect(150.0, 45.0, 2.5, known_outline=False).pockets
     assert one.drawn_in_mm is None
     assert one.verdict is Verdict.CREASE
     held = tight.pockets[0].bridge_section.hold_n_per_mm
     assert one.bridge_section.hold_n_per_mm == pytest.approx(held + 0.04 * 40, abs=0.1)
-    report = inspect(2000.0, 150.0, 2.5, outline=None)
+    report = inspect(2000.0, 150.0, 2.5, known_outline=False)
     assert report.pockets[0].verdict is Verdict.CEASE and report.pockets[0].bridge_section.range_mm[1] == 0.0
     (entry,) = [entry for entry in report.left_out if entry.what == "free edges and friction"]
     assert "reference's edge" in entry.bound
@@ -229,7 +241,7 @@ def test_a_bump_over_a_hollow_so_round_that_its_ply_is_drawn_in_stays_one(flatte
 
 
 def test_a_bump_s_bridge_counts_without_an_outline_too():
-    (one,) = inspect(100.0, 35.0, 1.5, outline=None).pockets
+    (one,) = inspect(100.0, 35.0, 1.5, known_outline=False).pockets
     assert "too short for the hollow below" in one.promoted
     assert one.verdict is Verdict.CREASE and one.bridge_section.lacks_mm > 0
 

@@ -164,13 +164,19 @@ def planted(monkeypatch, where, error):
         monkeypatch.setattr(evaluation, "lay_pocket", lay)
 
 
+@pytest.fixture(scope="module")
+def before(layup, inspector):
+    """What the inspection says without an error."""
+    assert len(inspector.find(layup.scan).pockets) > 2
+    return inspector.inspect(layup.scan)
+
+
 @pytest.mark.parametrize("where", ["lay", "post_process", "judge"])
 @pytest.mark.parametrize("error", [RuntimeError("planted\nhere"), MemoryError(), KeyError("a"), AssertionError()])
-def test_an_error_costs_one_pockets_verdict_and_not_the_report(layup, inspector, monkeypatch, tmp_path, where, error):
+def test_an_error_costs_one_pockets_verdict_and_not_the_report(
+    layup, inspector, before, monkeypatch, tmp_path, where, error
+):
     assert hasattr(LaidPocket, where) or where == "lay"
-    found = inspector.find(layup.scan)
-    assert len(found.pockets) > 2
-    before = inspector.inspect(layup.scan)
     planted(monkeypatch, where, error)
     report = inspector.inspect(layup.scan)
     assert [p.id for p in report.pockets] == [p.id for p in before.pockets]
