@@ -196,6 +196,34 @@ def pyramid(rng):
     return part
 
 
+def dimples(rng):
+    """A field of bumps, each below the tolerances, three rows of them on common fibres."""
+    pitch, n = rng.uniform(10, 22), int(rng.integers(4, 12))
+    at = [(140 + (i - n / 2) * pitch, 110 + j * pitch) for i in range(n) for j in (-1, 0, 1)]
+    return plain(rng, bumps=[(1.0, *xy, pitch * 0.4, pitch * 0.4, 0.0, "bell") for xy in at])
+
+
+def engraved(rng):
+    """Lines engraved into the mold, which the ply spans."""
+    low, pitch, wide, deep = any_mold(rng), rng.uniform(15, 60), rng.uniform(0.5, 2.5), rng.uniform(0.1, 0.6)
+    off = lambda x, y: (x + 0.3 * y) % pitch / wide * 2 - pitch / wide  # noqa: E731
+    groove = lambda x, y: deep * np.maximum(1 - off(x, y) ** 2, 0)  # noqa: E731
+    return plain(rng, mold=lambda x, y: low(x, y) - groove(x, y), rest=groove)
+
+
+def pins(rng):
+    """Sunk marks of ejector pins, which the ply spans."""
+    low, r, deep = any_mold(rng), rng.uniform(3, 7), rng.uniform(0.05, 0.25)
+    at = rng.uniform((30, 30), (250, 190), (4, 2))
+    disc = lambda x, y: deep * np.clip(5 * (r - np.min([np.hypot(x - a, y - b) for a, b in at], axis=0)), 0, 1)  # noqa: E731
+    return plain(rng, mold=lambda x, y: low(x, y) - disc(x, y), rest=disc)
+
+
+def long_bump(rng):
+    a = rng.uniform(6, 12)
+    return plain(rng, bumps=[(1.0, 140.0, 110.0, a, rng.uniform(2, 4) * a, rng.choice([0, np.pi / 2]), "cap")])
+
+
 # Chains
 
 
@@ -520,6 +548,80 @@ def without_outline(chain):
     return given
 
 
+def flying(rng, cloud):
+    """Pixels that fly, half of them by runs of up to six in a row."""
+    share, long = np.exp(rng.uniform(np.log(1e-4), np.log(5e-3))), int(rng.integers(1, 7))
+    begins = rng.random(cloud.shape[:2]) < share / long
+    far = rng.choice([-1, 1], begins.shape) * rng.uniform(1, 20, begins.shape) * begins
+    return raised(cloud, sum(np.roll(far, k, 1) for k in range(long)) + (far != 0) * rng.normal(0, 1, far.shape))
+
+
+def streaked(rng, cloud):
+    """Specular streaks along rows or columns of which nothing was seen, one of them over a pocket."""
+    axis, out = rng.integers(2), cloud.copy()
+    for at in (top_of(cloud)[axis] + rng.uniform(-4, 4), *rng.uniform(0, (W, H)[axis], rng.integers(3))):
+        out[np.abs(cloud[..., axis] - at) < rng.uniform(0.5, 4)] = np.nan
+    return out
+
+
+def streaks_filled(rng, cloud):
+    """The same, and the vendor draws straight lines across what was not seen."""
+    out = streaked(rng, cloud)
+    for z in out[..., 2] if np.isnan(out[..., 2]).all(axis=0).any() else out[..., 2].T:
+        gone = np.isnan(z)
+        z[gone] = np.interp(np.flatnonzero(gone), np.flatnonzero(~gone), z[~gone])
+    return np.dstack([cloud[..., :2], out[..., 2]])
+
+
+def cabled(rng, cloud):
+    """A cable lies over a pocket."""
+    (x, y, _), d, turn = top_of(cloud), rng.uniform(2, 6), rng.uniform(0, np.pi)
+    off = np.cos(turn) * (cloud[..., 0] - x - rng.uniform(-6, 6)) + np.sin(turn) * (cloud[..., 1] - y)
+    top = blurred(cloud[..., 2], 6) + d / 2 + np.sqrt(np.maximum(d * d / 4 - off**2, 0))
+    return np.dstack([cloud[..., :2], np.where(np.abs(off) < d / 2, top, cloud[..., 2])])
+
+
+def blended(rng, cloud):
+    """Two views, one of them out of place by a plane, blended over a band that runs across a pocket."""
+    off = cloud[..., 0] - top_of(cloud)[0] - rng.uniform(-10, 10)
+    plane = rng.normal(0, 0.05) + rng.normal(0, 5e-4) * off + rng.normal(0, 5e-4) * (cloud[..., 1] - H / 2)
+    return raised(cloud, np.clip(off / rng.uniform(1, 30) + 0.5, 0, 1) * plane)
+
+
+def upsampled(rng, cloud):
+    """Enlarged by a factor of two to four, linearly, by cubic splines or by Lanczos's windows."""
+    small, how = np.ascontiguousarray(cloud[:: (n := int(rng.integers(2, 5))), ::n]), rng.integers(3)
+    way = (cv2.INTER_LINEAR, cv2.INTER_CUBIC, cv2.INTER_LANCZOS4)[how]
+    return cv2.resize(small, (small.shape[1] * n, small.shape[0] * n), interpolation=way)
+
+
+def stickers(rng, cloud):
+    """Markers of 0.1 mm, whose black rings are not seen."""
+    out = cloud.copy()
+    for x, y, r in rng.uniform((20, 20, 3), (W - 20, H - 20, 7), (5, 3)):
+        d = np.hypot(cloud[..., 0] - x, cloud[..., 1] - y)
+        out = raised(out, np.where(d < r, 0.1, 0))
+        out[(d > 0.4 * r) & (d < 0.8 * r)] = np.nan
+    return out
+
+
+def shadows(rng, cloud):
+    """The light comes from a side, and what lies in a shadow is not seen."""
+    z, fall = cloud[..., 2], 0.9 * np.tan(np.radians(rng.uniform(8, 45))) * np.arange(cloud.shape[1])
+    edge = np.maximum.accumulate(z + fall, axis=1) - fall
+    return np.where((z >= edge - 0.09)[..., None], cloud, np.nan)
+
+
+def stale(rng, part):
+    """The buffer was not cleared: some rows over a pocket, or some points, are those of the scan before."""
+    scan, reference, how = scans(rng, part, image=True)
+    (_, x, y, _, b, *_), n = part.bumps[0], int(rng.integers(2, 5))
+    some = rng.random(scan.shape[:2]) < 1 / n if rng.random() < 0.5 else (np.arange(len(scan)) % n == 0)[:, None]
+    near = np.hypot(scan[..., 0] - x, scan[..., 1] - y) < rng.uniform(0.5, 1.5) * b
+    scan = np.where((some & near)[..., None], reference, scan)
+    return (scan, reference, how) if rng.random() < 0.5 else (scan.reshape(-1, 3), reference.reshape(-1, 3), {})
+
+
 def before_debulk(rng, part):
     """The reference was scanned before the ply below was debulked: it has the pocket already, or most of it."""
     scan, reference, how = scans(rng, part)
@@ -587,6 +689,20 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "averaged, no outline": (plain, without_outline(averaged), False),
     "grained, no outline": (small, without_outline(partial(scans, change=grained, image=True)), False),
     "before debulk": (plain, before_debulk, False),
+    "dimples": (dimples, scans, True),
+    "engraved lines": (engraved, scans, True),
+    "ejector pins": (pins, scans, True),
+    "long bump": (long_bump, scans, True),
+    "flat, flying, 2 mm": (lambda rng: plain(rng, bumps=[]), partial(scans, change=flying, dx=2.0, dy=2.0), True),
+    "flying, 1.5 mm": (plain, partial(scans, change=flying, dx=1.5, dy=1.5), True),
+    "streaks": (long_bump, partial(scans, change=streaked, both=False), False),
+    "streaks filled": (long_bump, partial(scans, change=streaks_filled, both=False), False),
+    "cable on it": (plain, partial(scans, change=cabled, both=False), False),
+    "views blended": (plain, partial(scans, change=blended, both=False), False),
+    "upsampled": (small, partial(scans, change=upsampled), False),
+    "stickers": (plain, partial(scans, change=stickers, both=False), False),
+    "shadows": (plain, partial(scans, change=shadows, both=False), False),
+    "buffer not cleared": (plain, stale, False),
 }
 
 

@@ -233,6 +233,22 @@ def test_a_scanner_that_sees_the_table_beside_the_ply_twice_alike_is_no_copied_s
     assert "are the same: 100 %" in inspector("varied").inspect(np.where(on[..., None], g.reference, g.scan)).reason
 
 
+def test_rows_that_still_hold_the_reference_are_named_with_their_place():
+    """A buffer that was cleared in part: every third row over a pocket shows the mold, which halves what it seems."""
+    g = given("varied")
+    x, y = np.moveaxis(g.in_mold(g.scan)[..., :2], -1, 0)
+    at = g.ply_outline.mean(axis=0)
+    stale = (np.hypot(x - at[0], y - at[1]) < 40) & (np.arange(len(x)) % 3 == 0)[:, None]
+    scan = np.where(stale[..., None], g.reference, g.scan)
+    (found,) = (f for f in inspector("varied").inspect(scan).findings if f.check == "same_scan")
+    assert found.at_best is Verdict.INVALID and "of the points on the ply" in found.reason
+    np.testing.assert_allclose(found.place_mm, at, atol=40)
+    # Depths that were rounded may be the same by chance.
+    coarse = np.round(scan / 0.1) * 0.1, np.round(g.reference / 0.1) * 0.1
+    report = Inspector(None, coarse[1], g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(coarse[0])
+    assert "same_scan" not in [f.check for f in report.findings]
+
+
 @pytest.mark.parametrize(("at", "refused"), [((0, 0), False), ((300, 0), True), (None, True)])
 def test_a_steep_flank_beside_the_ply_is_no_wrong_pose(at, refused):
     """Most of the mold leans by 45 degrees; the ply lies on its flat foot, on the flank, or is not known."""

@@ -8,7 +8,7 @@ import pytest
 from debulk import Recipe
 from debulk.inspection.evidence.ply_zones import Blocks
 from debulk.inspection.place import level
-from debulk.inspection.place.level_reason import level_reason, same_reason
+from debulk.inspection.place.level_reason import level_reason, same_reason, stale_reason
 
 pytestmark = pytest.mark.unit
 
@@ -309,6 +309,11 @@ def test_the_worst_square_is_the_one_that_is_surely_off(error_mm, surely):
 
 def test_the_same_scan_is_named_with_its_share():
     assert "are the same: 53 % of their points" in same_reason(0.53)
+    assert stale_reason(0.33, (290.4, -30.0)) == (
+        "33 % of the points on the ply round (290, -30) mm are the reference's, bit for bit: they show the mold from "
+        "before the ply was laid; have the scanner's software clear its buffer, and fill nothing in from an earlier "
+        "scan"
+    )
 
 
 def test_what_stands_off_widely_is_shown_where_it_is_surely_highest():

@@ -112,6 +112,15 @@ class PlyZones:
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )
 
+    def most_marked(self, sample: Sample, on: Bools, marks: Bools, least: int) -> tuple[float, tuple[float, float]]:
+        """Return the largest share of marked points in a square with at least so many of them, and its middle."""
+        block, size = self._block_of(sample.points_mm[on, :2]), len(self._block_cells)
+        points, marked = (np.bincount(of, minlength=size) for of in (block, block[marks[on]]))
+        share = np.where(marked >= least, marked / np.maximum(points, 1), 0.0)
+        number = int(np.argmax(share))
+        x, y = self._low + self.side_mm * (np.array([number % self._across, number // self._across]) + 0.5)
+        return float(share[number]), (float(x), float(y))
+
     def _block_of(self, xy: Floats) -> NDArray[np.int64]:
         column, row = (np.maximum(xy - self._low, 0.0) / self.side_mm).astype(np.int64).T
         return np.asarray(row * self._across + column)

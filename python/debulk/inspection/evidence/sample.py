@@ -13,6 +13,7 @@ from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
+from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference.prepared import Prepared
 from debulk.surface import Reference
@@ -32,6 +33,8 @@ class Sample:
     """Number of the scan's points that each of these stands for."""
     same: NDArray[np.bool_]
     """(N,) which of the points are in the reference cloud, bit for bit; all False if that is not known."""
+    rounded: bool = False
+    """Whether the depths were rounded, so that points of both clouds may be the same by chance."""
     pitch_mm: float = np.inf
     """Side of the square that each point of the scan has for itself, where it shows the ply; inf: not known."""
     widest_mm: float = np.inf
@@ -65,9 +68,9 @@ def sampled(scan: ArrayLike, setup: Setup) -> Sample:
     same = _same(points, setup.prepared.sample)[seen]
     points = points.take(np.flatnonzero(seen), axis=0)  # four times faster than marks that select rows
     refuse_marks(points, "scan")
-    return replace(
-        sample_of(points, setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads), each=each, same=same
-    )
+    rounded = bool(same.any()) and step_of(points[:, 2]) > 0
+    sample = sample_of(points, setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
+    return replace(sample, each=each, same=same, rounded=rounded)
 
 
 def sample_of(

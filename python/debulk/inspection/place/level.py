@@ -25,6 +25,8 @@ class Limits:
     least_mm: float = 0.005  # smaller deviations count as none
     ply_share: float = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
     same_share: float = 0.5  # of the points on the ply: if more are the reference's, bit for bit, it is the reference
+    same_points: int = 4  # of a square of the ply, and
+    same_square: float = 0.1  # of its points: of two scans of one surface up to 0.002 are the same by chance
     bare_share: float = 0.95  # of the points seen: if more of them show the bare mold, there is no ply
     loose_share: float = 0.2  # of the ply between the pockets: most that may be loose borders and low bumps
     low_share: float = 0.01  # of the ply between the pockets: if more of it lies too low, none counts as loose

@@ -20,6 +20,15 @@ def same_reason(share: float) -> str:
     )
 
 
+def stale_reason(share: float, place_mm: tuple[float, float]) -> str:
+    """Say that a scan holds points of the reference."""
+    return (
+        f"{100 * share:.0f} % of the points on the ply round ({place_mm[0]:.0f}, {place_mm[1]:.0f}) mm are the "
+        "reference's, bit for bit: they show the mold from before the ply was laid; have the scanner's software clear "
+        "its buffer, and fill nothing in from an earlier scan"
+    )
+
+
 def level_reason(
     level: Level, found: Deviation, recipe: Recipe, pockets_share: float = 0.0, loose_share: float = 0.0
 ) -> Reason | None:

@@ -21,7 +21,7 @@ from debulk.inspection.find.found import Found
 from debulk.inspection.place import plateaus, ply_edge
 from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
-from debulk.inspection.place.level_reason import level_reason, same_reason
+from debulk.inspection.place.level_reason import level_reason, same_reason, stale_reason
 from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
@@ -96,6 +96,14 @@ class Placing:
         limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
         if same > limit:
             return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
+        if self.outline is not None and not sample.rounded:
+            limit = LIMITS.same_square
+            same, place = self.zones.most_marked(sample, on, sample.same, LIMITS.same_points)
+            if same > limit:
+                return Placed(
+                    None,
+                    Finding("same_scan", Verdict.INVALID, stale_reason(same, place), same, limit, place_mm=place),
+                )
         unit = unit_reason(sample.points_mm, self._wide_mm)
         if unit:
             return Placed(None, Finding("unit", Verdict.INVALID, unit.text, remedy=unit.remedy))
