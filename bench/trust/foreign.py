@@ -556,6 +556,21 @@ def flying(rng, cloud):
     return raised(cloud, sum(np.roll(far, k, 1) for k in range(long)) + (far != 0) * rng.normal(0, 1, far.shape))
 
 
+def bent_scale(rng, part):
+    """The scale along z falls with the height: the thickness of the ply is right, and a pocket is too flat."""
+    scan, reference, how = scans(rng, part)
+    high = np.maximum(scan[..., 2] - part.mold(scan[..., 0], scan[..., 1]) - T_MM, 0)
+    return raised(scan, high / (1 + high / rng.uniform(3, 12)) - high), reference, how
+
+
+def fitted(rng, part):
+    """The export fits the scan to the mold by a smooth field, and takes a part of what is broad off."""
+    scan, reference, how = scans(rng, part, image=True)
+    high = scan[..., 2] - part.mold(scan[..., 0], scan[..., 1]) - T_MM
+    broad = blurred(np.where(part.covers(scan[..., 0], scan[..., 1]), high, 0), rng.uniform(6, 19))
+    return raised(scan, -rng.uniform(0.15, 0.6) * broad), reference, how
+
+
 def streaked(rng, cloud):
     """Specular streaks along rows or columns of which nothing was seen, one of them over a pocket."""
     axis, out = rng.integers(2), cloud.copy()
@@ -703,6 +718,8 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "stickers": (plain, partial(scans, change=stickers, both=False), False),
     "shadows": (plain, partial(scans, change=shadows, both=False), False),
     "buffer not cleared": (plain, stale, False),
+    "scale bent": (plain, bent_scale, False),
+    "fitted to the mold": (plain, fitted, False),
 }
 
 
