@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -17,14 +19,14 @@ from lab.varied.filters import FILTERS, filtered
 FLAT = laid_ply.bell(0, 0, 1, 0)
 
 
-def edge(outline_mm=None):
-    layup = laid_ply.layup()
-    outline = Outline(layup.ply_outline if outline_mm is None else outline_mm)
-    return EdgeSpread(laid_ply.inspector().prepared, layup.mold_from_scanner, outline, laid_ply.THICKNESS_MM)
+def edge(outline_mm=None, threads=1):
+    setup = laid_ply.inspector().setup
+    setup = replace(setup, ply=replace(setup.ply, recipe=Recipe(run={"threads": threads})))
+    return EdgeSpread(setup, Outline(laid_ply.layup().ply_outline if outline_mm is None else outline_mm))
 
 
 def spread_mm(scan, mask=None, threads=1):
-    return edge().least_mm(scan, mask, threads)
+    return edge(threads=threads).least_mm(scan, mask)
 
 
 @pytest.mark.parametrize("noise_mm", [0.0, 0.005, 0.02, 0.05, 0.1])
@@ -64,7 +66,7 @@ def test_where_the_outline_lies_a_little_off_changes_nothing():
     middle = layup.ply_outline.mean(axis=0)
     for off_mm in (-2.0, 2.0):
         out = layup.ply_outline + off_mm * (layup.ply_outline - middle) / np.abs(layup.ply_outline - middle).max()
-        assert edge(out).least_mm(scan, None, 1) == pytest.approx(edge().least_mm(scan, None, 1), abs=0.3)
+        assert edge(out).least_mm(scan, None) == pytest.approx(edge().least_mm(scan, None), abs=0.3)
 
 
 def test_no_edge_no_answer():

@@ -40,7 +40,7 @@ def folded(size_mm):
 def found(scan):
     inspector = laid_ply.inspector()
     overview = inspector.find(scan).overview
-    return plateaus.find(overview, inspector._placing.zones, inspector.prepared, inspector.recipe, outlined=True)
+    return plateaus.find(overview, inspector._placing.zones, inspector.setup)
 
 
 @pytest.mark.parametrize("noise_mm", [0.0, 0.02, 0.1])
@@ -71,7 +71,7 @@ def test_the_search_heeds_a_raised_stop():
     overview = inspector.find(laid_ply.scan(place(40, 40, T))).overview
     stop.cancel()
     with pytest.raises(_core.Stopped):
-        plateaus.find(overview, inspector._placing.zones, inspector.prepared, inspector.recipe, stop, outlined=True)
+        plateaus.find(overview, inspector._placing.zones, inspector.setup, stop)
 
 
 def test_a_torn_ply_is_invalid():
@@ -106,7 +106,7 @@ def on_wide_cells(height):
     noise = np.random.default_rng(0).normal(0, 0.01, x.shape)
     heights = Grid((T + height(x, y) + noise).astype(np.float32), np.array([-60.0, -70.0]), 2.25)
     inspector = laid_ply.inspector()
-    return plateaus.find(heights, Flat(), inspector.prepared, inspector.recipe, outlined=True)
+    return plateaus.find(heights, Flat(), inspector.setup)
 
 
 def flat_topped(a_mm, b_mm, high_mm, turn=0.4):
@@ -162,7 +162,7 @@ def flat_map(shape, value):
 @pytest.mark.parametrize("shape", [(1, 1), (3, 2), (60, 80)])
 def test_maps_without_edges_have_none(shape, value):
     inspector = laid_ply.inspector()
-    assert not plateaus.find(flat_map(shape, value), Flat(), inspector.prepared, inspector.recipe, outlined=True)
+    assert not plateaus.find(flat_map(shape, value), Flat(), inspector.setup)
 
 
 def test_a_ply_that_runs_on_over_a_recess_is_none(monkeypatch):

@@ -23,9 +23,9 @@ class Limits:
     coarse_mm: float = 1.0  # pitch from which the filter of spikes spares what may be a bump (options.spike_mm)
     steep: float = 2.0  # height over the pitch: a wall of 63 degrees all round
     foot_share: float = 0.25  # of its height, which a group's own surroundings reach if it falls off as a ply does
-    unseen_share: float = 0.3  # of the pixels round a group: it may fall off among them (rawscan/narrow.py)
+    unseen_share: float = 0.3  # of the pixels round a group: it may fall off among them
     widest: int = 3  # pixels along each side of a square that stands: what holds one is a bump
-    longest_mm: float = 40.0  # what is longer is a standing wrinkle (rawscan/narrow.py)
+    longest_mm: float = 40.0  # what is longer is a standing wrinkle
 
 
 LIMITS = Limits()

@@ -74,7 +74,7 @@ class Placing:
         if self.outline is not None:
             self._missed = self._missed_at(self.outline)
         self.zones = PlyZones(ply_outline, low, high)
-        self._steep = None if ply_outline is None else too_steep(prepared, ply_outline, setup.mold_from_scanner)
+        self._steep = too_steep(setup)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> Sample:
         """Return the sample of a scan for all checks."""
@@ -124,9 +124,7 @@ class Placing:
 
     def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:
         """Judge the places of a map of heights where the ply is missing, lies double, or lies on something."""
-        outlined = self.outline is not None
-        places = plateaus.find(heights, self.zones, self._setup.prepared, self._recipe, stop, outlined=outlined)
-        return plateaus.findings(places, self._thickness_mm)
+        return plateaus.findings(plateaus.find(heights, self.zones, self._setup, stop), self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets, and their share of the ply."""

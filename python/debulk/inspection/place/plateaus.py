@@ -18,9 +18,9 @@ from debulk.grid import Grid
 from debulk.inspection.evidence.outline import PAST_MIDDLE
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import heed
-from debulk.recipe import Recipe, options
+from debulk.recipe import options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.surface import Reference
@@ -87,21 +87,14 @@ def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding
     return out
 
 
-def find(
-    heights: Grid,
-    zones: PlyZones,
-    prepared: Prepared,
-    recipe: Recipe,
-    stop: _core.Stop | None = None,
-    *,
-    outlined: bool,
-) -> tuple[Plateau, ...]:
+def find(heights: Grid, zones: PlyZones, setup: Setup, stop: _core.Stop | None = None) -> tuple[Plateau, ...]:
     """Find the plateaus in a map of heights above the reference, NaN where nothing is known, largest first.
 
     Where the surface below the ply itself has a step, a ply that runs on smoothly is no plateau; nor is a ply in a
     groove that the fitted surface fills in, or on a rib that it cuts off. Without an outline, a place without a ply may
     lie beside the ply, and only raised plateaus are looked for.
     """
+    prepared, recipe = setup.prepared, setup.recipe
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
     rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
@@ -110,7 +103,7 @@ def find(
     if np.count_nonzero(off) * cell**2 < least_mm2:
         return ()
     out = []
-    for sign in (-1.0, 1.0) if outlined else (1.0,):
+    for sign in (1.0,) if setup.outline is None else (-1.0, 1.0):
         marks = off & (sign * rise > 0)
         if np.count_nonzero(marks) * cell**2 < least_mm2:
             continue

@@ -14,7 +14,7 @@ import numpy as np
 
 from debulk import pocket
 from debulk.arrays import Floats
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
@@ -32,11 +32,14 @@ class Limits:
 LIMITS = Limits()
 
 
-def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats | None) -> Finding | None:
+def too_steep(setup: Setup) -> Finding | None:
     """Return what is wrong if a piece of the mold below the ply is too steep for a verdict, else None.
 
-    If the reference is the image of a camera, the angle to its rays counts as well.
+    If the reference is the image of a camera, the angle to its rays counts as well. Without an outline it is not known.
     """
+    prepared, ply_outline = setup.prepared, setup.outline
+    if ply_outline is None:
+        return None
     low, high = prepared.reference.box_mm
     cell_mm = prepared.reference.spacing_mm
     low, high = np.maximum(low, ply_outline.min(axis=0)), np.minimum(high, ply_outline.max(axis=0))
@@ -46,8 +49,7 @@ def too_steep(prepared: Prepared, ply_outline: Floats, mold_from_scanner: Floats
     upright = np.sqrt(1 + (slope**2).sum(axis=1))
     to_z, to_ray = _degrees(1 / upright), np.zeros(len(xy))
     if prepared.image is not None:
-        eye = np.zeros(3) if mold_from_scanner is None else mold_from_scanner[:3, 3]
-        ray = eye - np.column_stack([xy, prepared.reference.height(xy)])
+        ray = setup.pose[:3, 3] - np.column_stack([xy, prepared.reference.height(xy)])
         facing = ray[:, 2] - (slope * ray[:, :2]).sum(axis=1)
         to_ray = _degrees(facing / upright / np.linalg.norm(ray, axis=1))
     beyond = np.maximum(to_z - LIMITS.slope_deg, to_ray - LIMITS.ray_deg)

@@ -18,7 +18,7 @@ from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
-from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.ply.setup import Setup
 
 
 @dataclass(frozen=True)
@@ -46,17 +46,12 @@ _NEWTON = 4  # steps from that estimate to the pixel that shows a place
 class EdgeSpread:
     """Measures the spread of the ply's edge in scan after scan."""
 
-    def __init__(
-        self, prepared: Prepared, mold_from_scanner: Floats | None, outline: Outline, thickness_mm: float
-    ) -> None:
-        self._prepared, self._thickness_mm = prepared, thickness_mm
-        self._pose = mold_from_scanner
-        some = np.linspace(
-            0, len(outline.places_mm), min(LIMITS.most_windows, len(outline.places_mm)), endpoint=False
-        ).astype(int)
-        self._places, self._normals = outline.places_mm[some], outline.normals[some]
+    def __init__(self, setup: Setup, outline: Outline) -> None:
+        count = len(outline.places_mm)
+        some = np.linspace(0, count, min(LIMITS.most_windows, count), endpoint=False).astype(int)
+        self._setup, self._places, self._normals = setup, outline.places_mm[some], outline.normals[some]
 
-    def least_mm(self, scan: Cloud, mask: Bools | None, threads: int) -> float:
+    def least_mm(self, scan: Cloud, mask: Bools | None) -> float:
         """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known.
 
         It is that of all windows, or the greater one of those whose edges run along the image's rows or its columns: a
@@ -73,7 +68,7 @@ class EdgeSpread:
         if mask is not None and mask.shape == scan.shape[:2]:
             points[mask[at].reshape(len(pixels), -1)] = np.nan
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
-            spreads, by_rows = self._spreads(points, self._places[kept], self._normals[kept], threads)
+            spreads, by_rows = self._spreads(points, self._places[kept], self._normals[kept])
         known = np.isfinite(spreads)
         if np.count_nonzero(known) < LIMITS.least_windows:
             return float("nan")
@@ -100,10 +95,10 @@ class EdgeSpread:
         return pixel[kept], kept
 
     def _in_mold(self, points: Cloud) -> Floats:
-        plain = points.astype(np.float64)
-        return plain if self._pose is None else product(plain, self._pose[:3, :3].T) + self._pose[:3, 3]
+        plain, pose = points.astype(np.float64), self._setup.mold_from_scanner
+        return plain if pose is None else product(plain, pose[:3, :3].T) + pose[:3, 3]
 
-    def _spreads(self, points: Cloud, places: Floats, normals: Floats, threads: int) -> tuple[Floats, Bools]:
+    def _spreads(self, points: Cloud, places: Floats, normals: Floats) -> tuple[Floats, Bools]:
         """Return the sigma, mm, of each of the windows, (N, M, 3), that are seen, and whether rows cross its edge.
 
         NaN: not the edge of this ply.
@@ -113,7 +108,8 @@ class EdgeSpread:
         if len(whole) < LIMITS.least_windows:
             return np.empty(0), np.empty(0, dtype=bool)
         points, seen = points[whole], seen[whole]
-        sample = sample_of(points[seen], self._prepared, self._pose, threads)
+        setup = self._setup
+        sample = sample_of(points[seen], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
         height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
         height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
         size = np.fmax.reduce(at, axis=1) - np.fmin.reduce(at, axis=1)
@@ -126,7 +122,8 @@ class EdgeSpread:
             np.abs(np.einsum("nmk,m,nk->n", known, index.ravel(), normals[whole]))
             for index in np.meshgrid(around, around)
         )
-        return _sigmas(height / self._thickness_mm, outwards / pitch[:, None]) * pitch, along_row > down_column
+        thickness_mm = setup.recipe.material.thickness_mm
+        return _sigmas(height / thickness_mm, outwards / pitch[:, None]) * pitch, along_row > down_column
 
 
 def _least(spreads: Floats) -> float:

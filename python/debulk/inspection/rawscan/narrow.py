@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats, Whole
+from debulk.inspection.evidence import flying
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
@@ -47,11 +48,11 @@ class Limits:
     fewest: int = 4  # samples that stand out: fewer are flying pixels
     widest_mm: float = 8.0  # at half the height; what is wider survives the filters
     sunk_share: float = 0.07  # of the samples near by that lie deep below: in a highlight, half of them do
-    unseen_share: float = 0.3  # of the samples near by
+    unseen_share: float = flying.LIMITS.unseen_share  # of the samples near by
     near_samples: int = 3  # how far from a place "near by" is
     steepest: float = 2.0  # height over the width of the foot; a bump that is steeper is not of a ply
-    wrinkle_mm: float = 40.0  # what is longer is a standing wrinkle
-    coarsest_mm: float = 4.0  # distance of samples from which on nothing so narrow is resolved
+    wrinkle_mm: float = flying.LIMITS.longest_mm  # what is longer is a standing wrinkle
+    coarsest_mm: float = widest_mm / 2  # distance of samples from which on nothing so narrow is resolved
     spoiled_share: float = 0.2  # of the ply's samples that stand out: more of them are no places but a spoiled scan
 
 

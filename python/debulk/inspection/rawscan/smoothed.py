@@ -78,12 +78,8 @@ class SmoothedSearch:
 
     def __init__(self, setup: Setup, outline: Outline | None) -> None:
         self._setup = setup
-        self._edge = None if outline is None else self._spread_of(outline)
-        self._fine_mm, self._threads = setup.recipe.clean.fine_mm, setup.recipe.run.threads
-
-    def _spread_of(self, outline: Outline) -> EdgeSpread:
-        setup = self._setup
-        return EdgeSpread(setup.prepared, setup.mold_from_scanner, outline, setup.recipe.material.thickness_mm)
+        self._edge = None if outline is None else EdgeSpread(setup, outline)
+        self._fine_mm = setup.recipe.clean.fine_mm
 
     def find(
         self, image: CloudImage, squares: Squares, some: NDArray[np.int64], mask: NDArray[np.bool_] | None
@@ -103,7 +99,7 @@ class SmoothedSearch:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
         if found.shared_mm or not np.isnan(found.edge_mm):
             return found
-        spread_mm = self._spread_of(edge).least_mm(image.points, mask, self._threads)
+        spread_mm = EdgeSpread(self._setup, edge).least_mm(image.points, mask)
         return self._by_edge(spread_mm, image.pitch_mm, blunt=found.blunt)
 
     def _by_edge(self, spread_mm: float, pitch_mm: float, *, blunt: bool) -> Smoothed:
@@ -114,7 +110,7 @@ class SmoothedSearch:
         """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
         if self._edge is None or scan.ndim != 3:
             return float("nan")
-        return self._edge.least_mm(scan, mask, self._threads)
+        return self._edge.least_mm(scan, mask)
 
 
 def _blunt(image: CloudImage, step: int) -> bool:
