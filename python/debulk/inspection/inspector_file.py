@@ -29,7 +29,6 @@ _ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
     "reference_grid": _GRID,
     "seen": ("f", (None, None)),
     "seen_grid": _GRID,
-    "grid_spacing_mm": ("f", ()),
     "ply_outline?": ("f", (None, 2)),
     "fibre_angles_deg?": ("f", (2,)),
     "fibre_angles?": ("f", (None, None, 2)),
@@ -58,7 +57,7 @@ def write(given: Given, path: Path) -> None:
         "reference_grid": [*prepared.reference.origin_mm, prepared.reference.spacing_mm],
         "seen": prepared.seen.values,
         "seen_grid": _grid(prepared.seen),
-        "grid_spacing_mm": prepared.grid_spacing_mm,
+        "grid_spacing_mm": prepared.grid_spacing_mm,  # asked for by versions before 0.10
         "ply_outline": given.ply_outline,
         "mold_from_scanner": given.mold_from_scanner,
         "camera": given.camera,
@@ -93,7 +92,6 @@ def read(path: Path) -> dict[str, Any]:
         prepared = Prepared(
             Reference(a["reference"], (x, y), spacing),
             _on_grid(a, "seen"),
-            float(a["grid_spacing_mm"]),
             _image(path, a.get("image")),
             a.get("sample"),
             _cloud(a),
@@ -101,8 +99,6 @@ def read(path: Path) -> dict[str, Any]:
         )
     except InputError as error:
         _fail(path, str(error))
-    if not 0 < prepared.grid_spacing_mm < np.inf:
-        _fail(path, f"grid_spacing_mm is {prepared.grid_spacing_mm:g}")
     camera = a.get("camera")
     return {
         "recipe": recipe,

@@ -305,7 +305,6 @@ def rewrite(source: Path, target: Path, **changes):
         ({"reference": np.full((9, 9), np.nan)}, "finite"),
         ({"reference_grid": np.array([0.0, 0.0, -1.0])}, "spacing"),
         ({"seen_grid": np.array([0.0, np.nan, 1.0])}, "seen_grid"),
-        ({"grid_spacing_mm": np.array(np.inf)}, "grid_spacing_mm"),
         ({"ply_outline": np.zeros((2, 2))}, "ply_outline"),
         ({"fibre_angles_deg": None}, "fibre_angles_deg"),
         ({"mask": np.zeros((4, 4))}, "mask is float64"),

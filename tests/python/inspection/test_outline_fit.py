@@ -376,7 +376,7 @@ def test_a_step_of_the_mold_that_the_smooth_surface_cuts_off_is_no_ply_beside_th
     x, y = np.meshgrid(np.arange(-60.0, 261.0, 2.0), np.arange(-60.0, 221.0, 2.0))
     cut_off = np.where((x > 200) & (x < 216), 0.8, 0.0)
     surface = Reference(np.zeros((5, 5)), (-80.0, -80.0), 100.0)
-    mold = Prepared(surface, Grid(cut_off, np.array([-60.0, -60.0]), 2.0), 2.0)
+    mold = Prepared(surface, Grid(cut_off, np.array([-60.0, -60.0]), 2.0))
     missed = outline.missed(mold.missed_mm, 0.15)
     ply = (x > 0) & (x < 200) & (y > 0) & (y < 160)
     strips = outline.strips(Grid(cut_off + 0.3 * ply, np.array([-60.0, -60.0]), 2.0))

@@ -25,7 +25,6 @@ class Limits:
     """Of what stands below a cliff of the reference; `tests/python/inspection/test_cliffs.py` has such molds."""
 
     cliff_mm: float = 200.0  # within this distance of the edge the table is visible again, beyond the cliff's shadow
-    high_thicknesses: float = 0.5  # what stands so high above the table may be a ply
 
 
 LIMITS = Limits()
@@ -52,7 +51,7 @@ class BelowEdge:
         order = np.lexsort((above[known], which.ravel()))
         first = np.cumsum(counts) - counts
         medians = above[known][order][first + counts // 2] if len(known) else np.zeros(0)
-        stands = (counts >= LEAST_POINTS) & (medians > LIMITS.high_thicknesses * self.laid_mm)
+        stands = (counts >= LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
         if not stands.any():
             return None
         x, y = ((places[stands][0] + 0.5) * _SQUARE_MM).tolist()
@@ -70,7 +69,7 @@ class BelowEdge:
             what=f"{100 * self.share:.0f} % of the reference, below the mold's edge",
             why="the ply's outline is not known, and the reference falls by a cliff: what lies below it is taken for "
             "the table",
-            bound=f"no square of {_SQUARE_MM:g} mm there stands {LIMITS.high_thicknesses * self.laid_mm:.2g} mm "
+            bound=f"no square of {_SQUARE_MM:g} mm there stands {0.5 * self.laid_mm:.2g} mm "
             "above the reference; a ply that hangs over the edge is judged up to "
             f"{BESIDE_MM:g} mm from the edge only",
         )

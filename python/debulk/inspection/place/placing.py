@@ -160,11 +160,7 @@ class Placing:
         thickness_mm, most_mm = self._thickness_mm, options.counts_from_mm(recipe)
         finding = (
             ply_edge.misfit(
-                self.outline,
-                strips,
-                thickness_mm,
-                recipe.segmentation.cut_height_mm,
-                recipe.level.largest_edge_share,
+                self.outline, strips, thickness_mm, recipe.segmentation.cut_height_mm, recipe.level.largest_edge_share
             )
             or ply_edge.left_out(self.outline, strips - self._missed, thickness_mm, raised_mm, heights.spacing_mm)
             or ply_edge.longer_outside(

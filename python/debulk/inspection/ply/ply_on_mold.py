@@ -33,12 +33,7 @@ class PlyOnMold:
 
     @classmethod
     def of(
-        cls,
-        reference: Reference,
-        outline: Floats | None,
-        given: Floats | Grid,
-        nominal: Grid | None,
-        recipe: Recipe,
+        cls, reference: Reference, outline: Floats | None, given: Floats | Grid, nominal: Grid | None, recipe: Recipe
     ) -> PlyOnMold:
         """Return a ply by its angles as they are given and, if those are measured, by nominal ones on the same grid.
 

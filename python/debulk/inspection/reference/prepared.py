@@ -37,8 +37,6 @@ class Prepared:
     seen: Grid
     """`reference`, `seen`: the smooth surface, and the heights that it was fitted to: NaN where nothing was seen, and
     where the surface does not follow them."""
-    grid_spacing_mm: float
-    """Spacing of the height map."""
     image: PinholeImage | None = None
     """Image of the pinhole camera that took the cloud; None: no such camera took it."""
     sample: NDArray[np.float32] | None = None
@@ -50,6 +48,11 @@ class Prepared:
     """The shift of clouds that lie far from the origin of the scanner's frame."""
     thickness_mm: float = 0.0
     """Thickness of the ply whose heights are measured above the `datum`."""
+
+    @property
+    def grid_spacing_mm(self) -> float:
+        """Spacing of the height maps, which is that of `seen`."""
+        return float(self.seen.spacing_mm)
 
     @kept
     def datum(self) -> surface.Reference:
@@ -115,7 +118,7 @@ def prepare(
     del reference  # the memory of a cloud, which the fit does not need
     fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
-    return Prepared(fitted, heights, float(heights.spacing_mm), image, sample, trace, place)
+    return Prepared(fitted, heights, image, sample, trace, place)
 
 
 def _gridded(

@@ -106,11 +106,7 @@ class Preparation:
 
     def step(self, name: str, done: float, work: Callable[[], Result]) -> Result:
         """Do one step, at whose beginning the share `done` of the whole work is done."""
-        with (
-            self._cycle.stage(name, done),
-            known(self.stop),
-            Workers(1, self.stop) as pool,
-        ):
+        with self._cycle.stage(name, done), known(self.stop), Workers(1, self.stop) as pool:
             running = pool.submit(work)
             while not wait([running], BEAT_S).done:
                 self._cycle.report(name, done)
