@@ -33,7 +33,7 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     const int top = std::min(j[0], j[lanes - 1]);
     const Ints k = i - i[0], second = j > top;
     const long corner = static_cast<long>(top) * view.width + i[0];
-    const bool close = corner + 2L * view.width + 2 * lanes < pixels && every((j >= top) & (j <= top + 1) & (k >= 0) & (k < 2 * lanes - 1));
+    const bool close = corner + 2L * view.width + 2 * lanes < pixels && every((((j - top) & ~1) | (k & ~(2 * lanes - 1))) == 0);
     const bool two_rows = any(second);
     Floats a = {}, b = {}, c = {}, d = {}, sigma = {};
     const auto take = [&](const auto& columns) DEBULK_LAMBDA {
@@ -49,7 +49,7 @@ void run(const PhaseView& view, int row, RectifiedRow& out) {
     // Mostly the columns come one after the other, but for a place where one is left out or comes twice.
     const int begin = std::min(0, k[lanes - 1] - (lanes - 1));
     const Ints ahead = k - (counting() + begin);
-    if (close && every((ahead >= 0) & (ahead <= 1)) && corner + begin >= 0) {
+    if (close && every((ahead & ~1) == 0) && corner + begin >= 0) {
       take([&](const float* map) DEBULK_LAMBDA { return choose(ahead == 1, load(map + begin + 1), load(map + begin)); });
     } else if (close) {
       take(Near<2>(k));

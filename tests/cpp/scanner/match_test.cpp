@@ -152,6 +152,15 @@ TEST(Match, FindsWhatASearchOfTheWholeRowFinds) {
   }
 }
 
+TEST(Match, WhereNeighboursChangePlacesThePlaceIsTheMiddle) {
+  const Rows left = rows(curve);
+  Rows right = rows([](double x) { return curve(x + 2.5); });
+  for (std::size_t j = 20; j + 1 < width; j += 23)  // the phase of the left pixel j + 3 now comes three times
+    right[j] = left[j + 3] + 0.02f, right[j + 1] = left[j + 3] - 0.02f;
+  const Matched m = matched(left, right);
+  for (std::size_t j = 20; j + 4 < width; j += 23) EXPECT_NEAR(m.disparity[j + 3], 2.5, 0.02) << j;
+}
+
 TEST(Match, APhaseInTwoPlacesIsAmbiguous) {
   const Rows left = rows([](double x) { return static_cast<float>(0.1 * x); });
   const Rows right = rows([](double x) { return static_cast<float>(0.1 * (x < 100 ? x : x - 50)); });  // 5 to 10 occur twice
