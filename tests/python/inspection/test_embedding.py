@@ -347,10 +347,10 @@ def test_many_cycles_with_flat_memory_and_equal_bits():
     small = scenes.layup(seed=4, pixels=(400, 300))
     inspector = make(small, Recipe(segmentation={"area_tol_mm2": 3000.0}, net={"node_target": 49}, solve={"starts": 1}))
     first = bits(inspector.inspect(small.scan))
-    for _ in range(120):  # until the allocator has what it wants
+    for _ in range(60):  # until the allocator has what it wants: 1.4 MB more in the next 190 cycles
         inspector.inspect(small.scan)
     before, threads = memory_mb(), threading.active_count()
-    for _ in range(130):
+    for _ in range(90):
         assert bits(inspector.inspect(small.scan)) == first
-    assert memory_mb() - before < 5.0
+    assert memory_mb() - before < 90 * 0.0375  # no cycle may keep a map of its scan, nor the tenth of one
     assert threading.active_count() == threads
