@@ -23,16 +23,6 @@ class Limits:
 
     across: float = 3.0  # squares that begin within the width of the smallest patch that is looked for
     most_squares: int = 1000  # spread over the image, from which the scan's noise is read
-    # Of the median, which is 5.6 sigma: noise has 0.13 of its fourth differences below, a linear fill 0.55 to 0.8, and
-    # coarser steps leave smooth stretches between them.
-    quiet_share: float = 0.25
-    window_pixels: int = 7  # along the side of the window in which low differences are counted
-    # Differences that must be known, of the window's 98 along both axes or 49 along one, and least shares of low ones:
-    # half of the noise leaves 0.26. The noise of eight layups reached it by chance in no window, and linear fills over
-    # bells of 16 mm in 28 windows and more.
-    least_known: int = 30
-    low_share: float = 0.55
-    low_along_share: float = 0.7
     level: float = 0.01  # of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
 
 
@@ -97,39 +87,6 @@ def quiet_squares(
     quiet = np.zeros(count, dtype=np.bool_)
     quiet[_those_on_ply(scan, squares, maybe, on_ply)] = True
     return QuietSquares(quiet.reshape(shape), _unknown(limits))
-
-
-def quiet_pixels(height: Cloud, step_mm: float) -> tuple[Bools, str]:
-    """Return the mask of the pixels round which heights (H, W) carry no noise, and why none can be missed, if so.
-
-    A list of points gives coarse pixels, of which a filled-in pocket may hold no whole square. Within two pixels of a
-    patch's rim the noise from outside prevails: patches come out smaller by so much. Between two of the steps to which
-    the scan's depths were rounded, heights are smooth without having been filled.
-    """
-    fourths = [np.abs(np.diff(height.astype(np.float64), 4, axis=axis)) for axis in (0, 1)]
-    known = np.concatenate([fourth[np.isfinite(fourth)] for fourth in fourths])
-    middle = float(np.median(known)) if len(known) else 0.0
-    if not middle > 0 or step_mm > LIMITS.quiet_share * middle:
-        return np.zeros(height.shape, dtype=np.bool_), steps_hide(
-            step_mm
-        ) if step_mm else "the scan has too little noise to miss it in a patch"
-    window = (LIMITS.window_pixels, LIMITS.window_pixels)
-    counts = []
-    for fourth, part in zip(fourths, (np.s_[2:-2, :], np.s_[:, 2:-2]), strict=True):
-        low, counted = np.zeros(height.shape, np.float32), np.zeros(height.shape, np.float32)
-        with np.errstate(invalid="ignore"):  # NaN is not low
-            low[part] = fourth <= LIMITS.quiet_share * middle
-        counted[part] = np.isfinite(fourth)
-        counts.append(np.stack([cv2.boxFilter(of, -1, window, normalize=False) for of in (low, counted)]))
-    # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
-    quiet = np.zeros(height.shape, dtype=np.bool_)
-    for (few, number), share in (
-        (counts[0] + counts[1], LIMITS.low_share),
-        (counts[0], LIMITS.low_along_share),
-        (counts[1], LIMITS.low_along_share),
-    ):
-        quiet |= few >= share * np.maximum(number, LIMITS.least_known)
-    return quiet, ""
 
 
 def steps_hide(step_mm: float) -> str:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.inspection.evidence.cloud_image import CloudImage, laid_out
+from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
-from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, sample_of
 from debulk.inspection.evidence.smooth_patches import (
     SIDE,
     Squares,
-    quiet_pixels,
     quiet_squares,
     some_on_ply,
     squares_of,
@@ -25,6 +22,7 @@ from debulk.inspection.evidence.smooth_patches import (
 )
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
+from debulk.inspection.rawscan.vouched import Made, asked_in, not_vouched
 from debulk.recipe import options
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
@@ -37,13 +35,8 @@ class Limits:
     """Of patches that carry no noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
 
     least_squares: int = 4  # touching squares without noise that make a patch: one alone may be quiet by chance
-    # A patch this wide is found on nearly any surface: a smaller one holds too few whole squares. Where the smallest
-    # that is wanted is narrower, and in a list of points that was laid out, pixels are looked at one by one.
-    seen_pixels: int = 20
-    seen_single_pixels: int = 12
-    pixels_share: float = 0.5  # of the area that is looked for, if pixels are looked at one by one
+    seen_pixels: int = 12  # a patch this wide is found on nearly any surface
     noted_widths: float = 1.5  # of the smallest wanted patch: that narrower ones can be missed is not noted
-    rim_pixels: int = 2  # by which patches found by their pixels come out smaller
     lost_share: float = 0.3  # of a square's side: squares nearer to a patch's rim contain noise from outside it
     beside_mm: float = 20.0  # round the ply: its edge shows how sharp the scan is
 
@@ -69,6 +62,8 @@ class Filled:
 
     patches: tuple[Patch, ...] = ()
     """The patches that carry no measuring noise."""
+    made: tuple[Made, ...] = ()
+    """The parts for which the scan's noise does not vouch; they are looked for if there are no such patches."""
     unknown: str = ""
     """Why some or all patches could not be found; empty if they could."""
     smoothed: Smoothed = field(default_factory=Smoothed)
@@ -111,6 +106,8 @@ class FilledSearch:
         """Return a scan as an image, given a sample of its points; None: too few of a list lie on the ply."""
         if scan.ndim == 3:
             return CloudImage(scan, scan, sample.pitch_mm)
+        if (lined := in_lines(scan, sample.pitch_mm)) is not None:
+            return lined
         box_mm = self._zones.box_mm + LIMITS.beside_mm * np.array([[-1.0], [1.0]])
         prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
         return laid_out(scan, pose, prepared.reference, box_mm, sample.pitch_mm, self._threads)
@@ -128,13 +125,11 @@ class FilledSearch:
             some = some_on_ply(image.heights, squares, on_ply)
             smoothed = self._smoothed.find(image, squares, some, mask)
             patches, unknown = ([], "") if image.laid else self._by_squares(image, squares, some, mask, stop)
-            by_pixels = image.laid or LIMITS.seen_pixels * image.pitch_mm > wide_mm
-            if by_pixels and not patches and not unknown:
-                patches, unknown = self._by_pixels(image, smoothed, mask)
-        seen_mm = (LIMITS.seen_single_pixels if by_pixels else LIMITS.seen_pixels) * image.pitch_mm
+            made, why = ((), "") if patches or smoothed.shared_mm else self._not_vouched(image, mask)
+        seen_mm, unknown = LIMITS.seen_pixels * image.pitch_mm, unknown or (why if image.laid else "")
         if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
-        return Filled(tuple(patches), unknown, smoothed)
+        return Filled(tuple(patches), made, unknown, smoothed)
 
     def at(self, edge: Outline, found: Filled, image: CloudImage, mask: NDArray[np.bool_] | None) -> Filled:
         """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
@@ -177,27 +172,11 @@ class FilledSearch:
         x, y = of.points_mm[:, :2].mean(axis=0)
         return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
 
-    def _by_pixels(
-        self, image: CloudImage, smoothed: Smoothed, mask: NDArray[np.bool_] | None
-    ) -> tuple[list[Patch], str]:
-        """Return the same, from half the area on, of an image too coarse for squares; none if all was smoothed."""
-        if smoothed.shared_mm:
-            return [], ""
-        quiet, unknown = quiet_pixels(image.heights[..., 2], image.step_mm)
-        own = cv2.dilate(quiet.astype(np.uint8), np.ones((2 * LIMITS.rim_pixels + 1,) * 2, np.uint8))
-        own[~np.isfinite(image.heights[..., 2])] = 0
-        if mask is not None and mask.shape == own.shape:
-            own[mask] = 0
-        least_mm2, patches = LIMITS.pixels_share * self._least_mm2, []
-        pieces = pieces_of(own.view(np.bool_), 4)
-        for number in pieces.of_size(least_mm2 / image.pitch_mm**2):
-            of = self._of(image.points[pieces.labels == number])
-            held = self._zones.inside(of)
-            area_mm2 = np.count_nonzero(held) * image.pitch_mm**2
-            if area_mm2 >= least_mm2:
-                x, y, _ = of.points_mm[held].mean(axis=0).tolist()
-                patches.append(Patch((x, y), area_mm2, float(of.height_mm[held].max())))
-        return patches, unknown
+    def _not_vouched(self, image: CloudImage, mask: NDArray[np.bool_] | None) -> tuple[tuple[Made, ...], str]:
+        asked = asked_in(image, mask)
+        of = self._of(asked.points)
+        held = np.flatnonzero(self._zones.inside(of))
+        return not_vouched(asked.of(held), of.points_mm[held, :2], image.step_mm)
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
         return sample_of(points, self._setup.prepared, self._setup.mold_from_scanner, self._threads)

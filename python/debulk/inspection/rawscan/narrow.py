@@ -24,10 +24,8 @@ from debulk.inspection.evidence import flying
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
-from debulk.inspection.ply.hidden import harmless_mm
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
-from debulk.inspection.rawscan.replaced import Replaced, replaced
 from debulk.inspection.running.cycle import heed
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -100,8 +98,6 @@ class Standing:
     """What could not be looked for."""
     unknown: Finding | None = None
     """Why it is not known whether anything stands narrowly; None if it is known."""
-    replaced: tuple[Replaced, ...] = ()
-    """The patches inside a closed line of jumps."""
 
 
 class NarrowSearch:
@@ -109,7 +105,6 @@ class NarrowSearch:
 
     def __init__(self, setup: Setup) -> None:
         self._motion, self._thickness_mm = setup.pose[:3].astype(np.float32), setup.recipe.material.thickness_mm
-        self._narrowest_mm = harmless_mm(setup.recipe)
         self._ground, self._outside, self._first_mm, self._spacing_mm = _ground(setup)
 
     def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
@@ -153,13 +148,6 @@ class NarrowSearch:
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
             heed(stop, _SEARCH)
-            # Of a list of points, the heights in the pixels' middles: a slope is no noise there.
-            level = (
-                np.where(np.isfinite(height), image.heights[part][::down, ::right, 2], height) if image.laid else height
-            )
-            mold = points[..., 2] - height
-            made = replaced(level, mold, points[..., :2], sample_mm, self._narrowest_mm, lambda: image.step_mm)
-            heed(stop, _SEARCH)
             out = height - _opened(height, LIMITS.window_mm / sample_mm)
             heed(stop, _SEARCH)
             some = out[::_SOME, ::_SOME]
@@ -181,7 +169,7 @@ class NarrowSearch:
             if place is not None:
                 places.append(place)
         places.sort(key=lambda place: (-place.height_mm, place.top_mm))
-        return Standing(tuple(places), sample_mm, replaced=made)
+        return Standing(tuple(places), sample_mm)
 
     def _in_mold(self, scan: Cloud) -> Cloud:
         moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
