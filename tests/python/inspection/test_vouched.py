@@ -122,6 +122,10 @@ def test_flying_pixels_and_uneven_noise_are_measured():
         flies = rng.random(points.shape[:2]) < share
         points[flies, 2] += rng.normal(0, 5, flies.sum())
         assert not _wide(points), share
+        for row in range(20, 140, 20):  # side by side, as at an edge in the scanner's view
+            points[row, 30:150:15] = points[row, 31:151:15] = points[row, 32:152:15] = points[row, 33:153:15]
+            points[row, 30:150:15, 2] = points[row, 31:151:15, 2] = points[row, 32:152:15, 2] = 5.0
+        assert not _wide(points), share
     for wide_mm, times in ((30, 5.0), (30, 10.0), (30, 0.5)):
         points = _image(_bell(2.0, 12.0), 0.0)
         uneven = np.where(np.hypot(*np.moveaxis(points[..., :2], 2, 0)) < wide_mm, times, 1.0)

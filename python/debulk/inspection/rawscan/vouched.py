@@ -130,7 +130,8 @@ def not_vouched(asked: Asked, xy_mm: Floats, step_mm: float) -> tuple[tuple[Made
         return (), "the scan has too little noise to miss it in a patch"
     rounded = step_mm > LIMITS.quiet * float(middle_mm.min())
     sizes /= middle_mm[:, None]
-    quiet, wild, copied = sizes <= LIMITS.quiet, sizes > LIMITS.wild, asked.copied
+    quiet, copied = sizes <= LIMITS.quiet, asked.copied
+    wild = np.asarray(np.all(sizes > LIMITS.wild, axis=0))  # along both: beside a flying pixel it is along one
     if rounded:
         quiet = np.zeros_like(quiet)
     if np.mean(copied) > LIMITS.copied_share:
@@ -140,10 +141,9 @@ def not_vouched(asked: Asked, xy_mm: Floats, step_mm: float) -> tuple[tuple[Made
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
     for along in ([0, 1], [0], [1]):
         told = np.asarray(np.all(known[along], axis=0))
-        none, odd = np.all(quiet[along], axis=0), copied | np.all(wild[along], axis=0)
-        made |= _made(cells, xy_mm[told], none[told], odd[told])
+        made |= _made(cells, xy_mm[told], np.all(quiet[along], axis=0)[told], (copied | wild)[told])
     made = cv2.morphologyEx(made.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3))).view(np.bool_)
-    shares = np.stack([quiet.all(axis=0), copied, wild.all(axis=0)])
+    shares = np.stack([np.all(quiet, axis=0), copied, wild])
     return tuple(_pieces(cells, made, xy_mm, shares)), steps_hide(step_mm) if rounded else ""
 
 
