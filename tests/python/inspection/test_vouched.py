@@ -26,7 +26,7 @@ def _image(surface, noise_mm=0.02, seed=1, pitch=1.0):
 
 def _parts(points, step_mm=0.0, pitch=1.0, mask=None):
     asked = asked_in(CloudImage(points, points, pitch), mask)
-    return not_vouched(asked, asked.points[:, :2].astype(np.float64), step_mm)[0]
+    return not_vouched(asked, asked.points[..., :2], np.isfinite(asked.points[..., 2]), step_mm)[0]
 
 
 def _wide(points, **given):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core
+from debulk import _core, cloud
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
@@ -173,10 +173,13 @@ class FilledSearch:
         return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
 
     def _not_vouched(self, image: CloudImage, mask: NDArray[np.bool_] | None) -> tuple[tuple[Made, ...], str]:
-        asked = asked_in(image, mask)
-        of = self._of(asked.points)
-        held = np.flatnonzero(self._zones.inside(of))
-        return not_vouched(asked.of(held), of.points_mm[held, :2], image.step_mm)
+        asked, pose = asked_in(image, mask), self._setup.mold_from_scanner
+        mold = asked.points
+        if not image.laid and pose is not None and mold.size:
+            mold = cloud.transform(mold, pose, threads=self._threads)
+        at = mold.reshape(-1, 3).astype(np.float64)
+        on_ply = self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_))).reshape(mold.shape[:2])
+        return not_vouched(asked, mold[..., :2], on_ply, image.step_mm)
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
         return sample_of(points, self._setup.prepared, self._setup.mold_from_scanner, self._threads)

@@ -14,11 +14,8 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk.arrays import Bools, Cloud, Floats, Whole
-from debulk.grid import Grid
-from debulk.inspection.clouds.thinning import complete
+from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import ROUNDING, CloudImage
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.evidence.smooth_patches import steps_hide
@@ -34,7 +31,7 @@ from debulk.verdict import Verdict
 class Limits:
     """Of points that the noise vouches for; bench/trust/foreign.py replaces bumps by all that such filters use."""
 
-    cell_mm: float = 0.8  # side of the cells in which one point is asked
+    cell_mm: float = 1.2  # side of the cells in which one point is asked
     window_cells: int = 7  # along the side of the parts of the ply that are judged
     # Of the median of all fourth differences, which is 5.6 sigma: smaller is quiet, greater is wild. Of noise 0.13 is
     # quiet, of half of it 0.26; of noise ten times as strong 0.05 is wild.
@@ -51,25 +48,21 @@ class Limits:
 
 
 LIMITS = Limits()
-_FOURTH = tuple(zip((1.0, -4.0, 6.0, -4.0, 1.0), range(-2, 3), strict=True))
+_SOME = 20_000  # differences, whose median is taken
 _BESIDE = tuple((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1) if down or right)
 
 
 class Asked(NamedTuple):
-    """Some points of a scan, and how they differ from their neighbours."""
+    """Some points of a scan, row by row of its image, and how they differ from their neighbours."""
 
     points: Cloud
-    """(N, 3), all finite."""
-    apart_mm: Floats
-    """(2, N) fourth differences along the image's columns and rows; NaN where a neighbour was not seen."""
+    """(R, C, 3), scanner's frame, or of a list that was laid out: mold XY, and heights above the reference."""
+    apart_mm: Cloud
+    """(2, R, C) sizes of fourth differences along the image's columns and rows; NaN where a neighbour was not seen."""
     copied: Bools
-    """(N,) whether a neighbour has the same depth, to the resolution of a float32."""
+    """(R, C) whether a neighbour has the same depth, to the resolution of a float32."""
     cell_mm: float
     """Side of the square that each of them has for itself."""
-
-    def of(self, index: Whole) -> Asked:
-        """Return those with these numbers."""
-        return Asked(self.points[index], self.apart_mm[:, index], self.copied[index], self.cell_mm)
 
 
 class Made(NamedTuple):
@@ -97,54 +90,56 @@ class Made(NamedTuple):
 
 def asked_in(image: CloudImage, mask: Bools | None) -> Asked:
     """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
-    points, depth, shape = image.points, image.heights[..., 2], image.points.shape[:2]
     step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
-    rows, columns = np.ix_(*(np.arange(2, n - 2, step) for n in shape))
+    rows, columns = image.points.shape[:2]
 
-    def at(of: NDArray[np.float32], down: int, right: int) -> Floats:
-        return np.asarray(of[rows + down, columns + right], dtype=np.float64).reshape(-1)
+    def at(of: Cloud, down: int, right: int) -> Cloud:
+        return of[2 + down : rows - 2 + down : step, 2 + right : columns - 2 + right : step]
 
-    here = points[rows, columns].reshape(-1, 3)
-    seen = complete(np.isfinite(here))
-    if mask is not None and mask.shape == shape:
-        seen &= ~mask[rows, columns].reshape(-1)
-    apart_mm = np.stack(
-        [sum((w * at(depth, *k) for w, k in along), np.zeros(len(here))) for along in (_along(0), _along(1))]
-    )
-    same_mm = ROUNDING * float(np.spacing(np.abs(here[seen, 2]).max(initial=np.float32(0.0))))
-    copied = np.zeros(len(here), np.bool_)
+    depth, given = image.heights[..., 2], image.points[..., 2]
+    here = at(depth, 0, 0).copy()
+    # Of differences, which are exact: of depths, single precision would round the sum.
+    one, two = ([at(depth, k, 0) - here, at(depth, -k, 0) - here] for k in (1, 2))
+    along = [two[0] + two[1] - 4 * (one[0] + one[1])]
+    one, two = ([at(depth, 0, k) - here, at(depth, 0, -k) - here] for k in (1, 2))
+    along.append(two[0] + two[1] - 4 * (one[0] + one[1]))
+    here = at(given, 0, 0).copy()
+    deepest = np.abs(here[np.isfinite(here)]).max(initial=np.float32(0.0))
+    same_mm = np.float32(ROUNDING * np.spacing(deepest))
+    copied = np.zeros(here.shape, np.bool_)
     for beside in _BESIDE:
-        copied |= np.abs(at(points[..., 2], *beside) - here[:, 2]) <= same_mm
-    return Asked(here[seen], apart_mm[:, seen], copied[seen], step * image.pitch_mm)
+        copied |= np.abs(at(given, *beside) - here) <= same_mm
+    points = at(image.heights, 0, 0).copy()
+    if mask is not None and mask.shape == image.points.shape[:2]:
+        points[mask[2 : rows - 2 : step, 2 : columns - 2 : step]] = np.nan
+    return Asked(points, np.abs(np.stack(along)), copied, step * image.pitch_mm)
 
 
-def not_vouched(asked: Asked, xy_mm: Floats, step_mm: float) -> tuple[tuple[Made, ...], str]:
-    """Find the parts of a ply, on which points at mold XY (N, 2) were asked, for which the scan's noise does not vouch.
+def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tuple[tuple[Made, ...], str]:
+    """Find the parts of a ply, on which points at mold XY (R, C, 2) were asked, for which the noise does not vouch.
 
-    `step_mm` is that to which depths were rounded: between two steps heights are smooth without having been filled.
-    The second value says why none can be found among those that are quiet; empty: they can.
+    `on_ply` (R, C) says which of them lie on it. `step_mm` is that to which depths were rounded: between two steps
+    heights are smooth without having been filled. The second value says why none can be found among those that are
+    quiet; empty: they can.
     """
-    sizes, known = np.abs(asked.apart_mm), np.isfinite(asked.apart_mm)
-    middle_mm = np.array([np.median(one[seen]) if seen.any() else 0.0 for one, seen in zip(sizes, known, strict=True)])
+    known = np.isfinite(asked.apart_mm) & on_ply
+    some = [one[seen] for one, seen in zip(asked.apart_mm, known, strict=True)]
+    middle_mm = np.array([np.median(one[:: 1 + len(one) // _SOME]) if len(one) else 0.0 for one in some], np.float32)
     if not (middle_mm > LIMITS.least_mm).all():
         return (), "the scan has too little noise to miss it in a patch"
     rounded = step_mm > LIMITS.quiet * float(middle_mm.min())
-    sizes /= middle_mm[:, None]
-    quiet, copied = sizes <= LIMITS.quiet, asked.copied
-    wild = np.asarray(np.all(sizes > LIMITS.wild, axis=0))  # along both: beside a flying pixel it is along one
-    if rounded:
-        quiet = np.zeros_like(quiet)
-    if np.mean(copied) > LIMITS.copied_share:
-        copied = np.zeros_like(copied)
-    cells = _cells(xy_mm, asked.cell_mm)
-    made = np.zeros(cells.values.shape, np.bool_)
+    quiet = asked.apart_mm <= np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
+    wild = asked.apart_mm > np.float32(LIMITS.wild) * middle_mm[:, None, None]
+    odd = wild[0] & wild[1]  # along both: beside a flying pixel it is along one
+    if np.count_nonzero(asked.copied & on_ply) <= LIMITS.copied_share * np.count_nonzero(on_ply):
+        odd |= asked.copied
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
-    for along in ([0, 1], [0], [1]):
-        told = np.asarray(np.all(known[along], axis=0))
-        made |= _made(cells, xy_mm[told], np.all(quiet[along], axis=0)[told], (copied | wild)[told])
-    made = cv2.morphologyEx(made.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3))).view(np.bool_)
-    shares = np.stack([np.all(quiet, axis=0), copied, wild])
-    return tuple(_pieces(cells, made, xy_mm, shares)), steps_hide(step_mm) if rounded else ""
+    made = _made(quiet[0] & quiet[1], odd, known[0] & known[1])
+    for one, seen in zip(quiet, known, strict=True):
+        made |= _made(one, odd, seen)
+    made &= on_ply
+    shares = np.stack([quiet[0] & quiet[1], asked.copied, wild[0] & wild[1]])
+    return tuple(_pieces(made, xy_mm, asked.cell_mm, shares)), steps_hide(step_mm) if rounded else ""
 
 
 def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Finding]:
@@ -163,48 +158,38 @@ def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Find
     return out
 
 
-def _along(axis: int) -> list[tuple[float, tuple[int, int]]]:
-    return [(w, (k, 0) if axis == 0 else (0, k)) for w, k in _FOURTH]
-
-
-def _cells(xy_mm: Floats, cell_mm: float) -> Grid:
-    low, high = (xy_mm.min(axis=0), xy_mm.max(axis=0)) if len(xy_mm) else (np.zeros(2), np.zeros(2))
-    columns, rows = np.ceil((high - low) / cell_mm).astype(int) + 1
-    return Grid(np.zeros((rows, columns)), low, cell_mm)
-
-
-def _made(cells: Grid, xy_mm: Floats, quiet: Bools, copied: Bools) -> Bools:
-    """Return the cells round which points are likelier to have been made than measured (a naive Bayes classifier)."""
-    quiet = quiet & ~copied
-    natural = np.array([np.count_nonzero(copied), np.count_nonzero(quiet)]) / max(1, len(quiet))
+def _made(quiet: Bools, odd: Bools, known: Bools) -> Bools:
+    """Return where points are likelier to have been made than measured: a naive Bayes classifier of those around."""
+    odd, number = odd & known, max(1, np.count_nonzero(known))
+    quiet = quiet & known & ~odd
+    natural = np.array([np.count_nonzero(odd), np.count_nonzero(quiet)]) / number
     natural = np.clip(natural, LIMITS.rarest, 0.5 - LIMITS.rarest)  # by the median, half of them are neither at least
     of_made = np.array([LIMITS.made_copied, LIMITS.made_quiet])
-    odds = np.log(np.append(of_made, 1 - of_made.sum()) / np.append(natural, 1 - natural.sum()))
-    column, row = cells.cells(xy_mm).T
-    at, shape = row * cells.values.shape[1] + column, cells.values.shape
-
-    def around(weights: Floats) -> Floats:
-        each = np.bincount(at, weights, minlength=cells.values.size).reshape(shape)
-        side = (LIMITS.window_cells, LIMITS.window_cells)
-        return np.asarray(cv2.boxFilter(each, -1, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
-
-    enough = around(np.ones(len(at))) >= LIMITS.least_share * LIMITS.window_cells**2
-    return enough & (around(np.where(copied, odds[0], np.where(quiet, odds[1], odds[2]))) > 0)
+    odds = np.log(np.append(of_made, 1 - of_made.sum()) / np.append(natural, 1 - natural.sum())).astype(np.float32)
+    told = known.astype(np.float32)
+    enough = _around(told) >= LIMITS.least_share * LIMITS.window_cells**2
+    weights = odds[2] * told + (odds[1] - odds[2]) * quiet + (odds[0] - odds[2]) * odd
+    return enough & (_around(weights) > 0)
 
 
-def _pieces(cells: Grid, made: Bools, xy_mm: Floats, shares: Bools) -> list[Made]:
-    """Measure each connected part; `shares` (3, N) are marks of points that are quiet, copied and wild."""
-    pieces, out = pieces_of(made, 4), []
-    column, row = cells.cells(xy_mm).T
-    number_of = pieces.labels[row, column]
+def _around(values: Cloud) -> Cloud:
+    side = (LIMITS.window_cells, LIMITS.window_cells)
+    return np.asarray(cv2.boxFilter(values, -1, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
+
+
+def _pieces(made: Bools, xy_mm: Cloud, cell_mm: float, shares: Bools) -> list[Made]:
+    """Measure each connected part; `shares` (3, R, C) are marks of points that are quiet, copied and wild."""
+    closed = cv2.morphologyEx(made.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(np.bool_)
+    pieces, out = pieces_of(closed, 4), []
     for number in pieces.of_size(LIMITS.window_cells):
-        own = np.pad(pieces.labels[pieces.window(number, 0)] == number, 1)
-        wide_mm = 2 * float(cv2.distanceTransform(own.astype(np.uint8), cv2.DIST_L2, 5).max()) * cells.spacing_mm
-        inside = np.flatnonzero(number_of == number)
-        if len(inside):
-            places = xy_mm[inside]
+        window = pieces.window(number, 0)
+        own = pieces.labels[window] == number
+        wide_mm = 2 * float(cv2.distanceTransform(np.pad(own, 1).view(np.uint8), cv2.DIST_L2, 5).max()) * cell_mm
+        own &= np.isfinite(xy_mm[window][..., 0])
+        places = xy_mm[window][own].astype(np.float64)
+        if len(places):
             x, y = places.mean(axis=0).tolist()
             box_mm = np.stack([places.min(axis=0), places.max(axis=0)])
-            area_mm2 = float(pieces.sizes[number]) * cells.spacing_mm**2
-            out.append(Made((x, y), area_mm2, wide_mm, box_mm, *np.mean(shares[:, inside], axis=1).tolist()))
+            area_mm2 = float(pieces.sizes[number]) * cell_mm**2
+            out.append(Made((x, y), area_mm2, wide_mm, box_mm, *(float(np.mean(one[window][own])) for one in shares)))
     return out
