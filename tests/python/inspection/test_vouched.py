@@ -177,6 +177,21 @@ def test_a_list_that_came_line_by_line_is_an_image_again():
     assert np.array_equal(columns.points, np.swapaxes(points, 0, 1), equal_nan=True)
 
 
+def test_points_far_off_and_pixels_that_fly_leave_its_lines_whole():
+    points = _image(_bell(3.5, 10.0))
+    given, rng = points.copy(), np.random.default_rng(6)
+    flies = rng.random(points.shape[:2]) < 0.02
+    given[flies] += rng.uniform(-5, 5, (np.count_nonzero(flies), 3)).astype(np.float32)
+    listed = given.reshape(-1, 3)
+    for at, far in ((700, 1e4), (9000, -3e3), (15_000, 1e30), (15_500, np.inf)):
+        listed[at, :2] = far
+    image = in_lines(listed, 1.0)
+    assert len(image.points) == len(points)
+    off = image.points.shape[1] - points.shape[1]
+    same = max(np.mean(image.points[:, k : k + points.shape[1], 2] == points[..., 2]) for k in range(off + 1))
+    assert same > 0.93
+
+
 def test_a_list_in_another_order_is_no_image():
     points = _image(_bell(3.5, 10.0))
     back_and_forth = points.copy()
@@ -201,3 +216,14 @@ def test_a_layup_whose_bump_was_replaced_does_not_pass(fill, listed):
     assert before.verdict is Verdict.CREASE
     assert after.verdict is not Verdict.CEASE
     assert fill is _garbage or any(one.check == "filled" and TOLD in one.reason for one in after.findings)
+
+
+@pytest.mark.layup
+def test_a_list_with_points_at_infinity_is_inspected_as_without_them():
+    scan, reference = (cloud(one, SIZE, PITCH, n) for n, one in enumerate((laid(flat, bump(10.5, 3.9), PLY), flat)))
+    listed = scan.reshape(-1, 3).astype(np.float32)
+    inside = np.flatnonzero(np.hypot(listed[:, 0], listed[:, 1]) < 60)[::500]
+    for axis, far in ((1, 3e38), (0, -3e38), (2, np.inf), (0, np.nan)):
+        listed[inside[axis], axis] = far
+    report = debulk.inspect(listed, reference, None, outline(*PLY), mold_from_scanner=np.eye(4))
+    assert report.verdict is Verdict.CREASE

@@ -19,6 +19,8 @@ _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
 _ROWS = 60  # from which the step of the depths is read
 _GAP = 2.0  # times the pitch: points of a list that lie farther apart are no neighbours
 _IN_LINES = 0.8  # share of a list's points whose neighbours along and across its lines are neighbours on the ply
+_BACK = 8.0  # pixels: where a list goes back by more, a line begins; a pixel that flies lies beside its place by fewer
+_OUTSIDE, _BEYOND = 1e-3, 0.1  # share of its points that may lie off the lines at either end, and by how much of them
 _SPARSE = 4.0  # pixels per point of an image that was one
 _TRIED = 20_000  # of a list's points, from which it shows whether it came line by line
 ROUNDING = 4.0  # times a float32's resolution: smaller steps of depths are its own
@@ -66,25 +68,33 @@ def in_lines(scan: Cloud, pitch_mm: float) -> CloudImage | None:
     if len(scan) < _ROWS or not np.isfinite(pitch_mm):
         return None
     first = np.arange(0, len(scan) - 1, max(1, len(scan) // _TRIED))
-    steps = (scan[first + 1, :2] - scan[first, :2]).astype(np.float64)
-    beside = steps[np.hypot(*steps.T) < _GAP * pitch_mm]
+    with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off have no neighbours
+        steps = (scan[first + 1, :2] - scan[first, :2]).astype(np.float64)
+        apart = np.hypot(*steps.T)
+    beside = steps[apart < _GAP * pitch_mm]
     if len(beside) < _IN_LINES * len(first):
         return None
     along = np.median(beside, axis=0)
     wide_mm = float(np.hypot(*along))
     if not wide_mm > 0:
         return None
-    scan = scan[complete(np.isfinite(scan))]
     right, up = (along / wide_mm**2).tolist()
-    place = right * scan[:, 0].astype(np.float64) + up * scan[:, 1].astype(np.float64)
-    row = np.concatenate([[0], np.cumsum(np.diff(place) < 0)])
+    with np.errstate(invalid="ignore"):
+        place = right * scan[:, 0].astype(np.float64) + up * scan[:, 1].astype(np.float64)
+    some = place[first]
+    ends = np.quantile(some[np.isfinite(some)], (_OUTSIDE, 1 - _OUTSIDE))
+    on = (place > ends[0] - _BEYOND * np.ptp(ends)) & (place < ends[1] + _BEYOND * np.ptp(ends))
+    on &= np.isfinite(scan[:, 2])
+    scan, place = scan[on], place[on]
+    row = np.concatenate([[0], np.cumsum(np.diff(place) < -_BACK)])
     column = np.rint(place - place.min()).astype(np.int64)
     shape = int(row[-1]) + 1, int(column.max()) + 1
     if min(shape) < 2 or np.prod(shape) > _SPARSE * len(scan):
         return None
     points = np.full((*shape, 3), np.nan, dtype=np.float32)
     points[row, column] = scan
-    across = np.hypot(*np.moveaxis(points[1:, :, :2] - points[:-1, :, :2], -1, 0))
+    with np.errstate(over="ignore"):
+        across = np.hypot(*np.moveaxis(points[1:, :, :2] - points[:-1, :, :2], -1, 0))
     if np.count_nonzero(across < _GAP * max(pitch_mm, pitch_mm**2 / wide_mm)) < _IN_LINES * len(scan):
         return None
     return CloudImage(points, points, pitch_mm)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Floats
+from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.setup import Setup
@@ -42,8 +43,8 @@ def layers_apart_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) ->
         return 0.0
     side = LIMITS.side_pitches * pitch_mm
     pose = setup.pose
-    at = [scan @ pose[k, :3].astype(np.float32) + np.float32(pose[k, 3]) for k in (0, 1)]
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off are in no window
+        at = [product(scan, pose[k, :3].astype(np.float32)) + np.float32(pose[k, 3]) for k in (0, 1)]
         near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & np.isfinite(scan).all(axis=1)
     sample = sample_of(scan[near], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
     known = np.isfinite(sample.height_mm)
