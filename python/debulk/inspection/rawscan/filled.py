@@ -117,7 +117,7 @@ class FilledSearch:
         if image is None:
             return Filled(unknown="too few points lie on the ply to lay them out as an image")
         wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
-        on_ply, mask = (self._laid_on_ply, None) if image.laid else (self.on_ply, mask)
+        on_ply, mask = (self._on_ply_at, None) if image.laid else (self.on_ply, mask)
         squares = squares_of(image.points.shape, image.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
@@ -143,9 +143,9 @@ class FilledSearch:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._zones.inside(self._of(points))
 
-    def _laid_on_ply(self, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Return which of (N, 3) places of an image of heights lie on the ply; their z is above the reference."""
-        at = heights.astype(np.float64)
+    def _on_ply_at(self, places: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return which of (N, 3) places in the mold's frame lie on the ply; NaN does not."""
+        at = places.astype(np.float64)
         return self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_)))
 
     def _by_squares(
@@ -177,8 +177,7 @@ class FilledSearch:
         mold = asked.points
         if not image.laid and pose is not None and mold.size:
             mold = cloud.transform(mold, pose, threads=self._threads)
-        at = mold.reshape(-1, 3).astype(np.float64)
-        on_ply = self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_))).reshape(mold.shape[:2])
+        on_ply = self._on_ply_at(mold.reshape(-1, 3)).reshape(mold.shape[:2])
         return not_vouched(asked, mold[..., :2], on_ply, image.step_mm)
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
