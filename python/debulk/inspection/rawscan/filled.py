@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core, cloud
+from debulk import _core
+from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
@@ -117,7 +118,7 @@ class FilledSearch:
         if image is None:
             return Filled(unknown="too few points lie on the ply to lay them out as an image")
         wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
-        on_ply, mask = (self._on_ply_at, None) if image.laid else (self.on_ply, mask)
+        on_ply, mask = (self._laid_on_ply, None) if image.laid else (self.on_ply, mask)
         squares = squares_of(image.points.shape, image.pitch_mm, wide_mm)
         if squares is None:
             return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
@@ -133,7 +134,9 @@ class FilledSearch:
 
     def at(self, edge: Outline, found: Filled, image: CloudImage, mask: NDArray[np.bool_] | None) -> Filled:
         """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
-        return replace(found, smoothed=self._smoothed.at(edge, found.smoothed, image, None if image.laid else mask))
+        smoothed = self._smoothed.at(edge, found.smoothed, image, None if image.laid else mask)
+        # In a scan that was smoothed everywhere, points repeat and lack noise here and there by chance.
+        return replace(found, made=() if smoothed.findings() else found.made, smoothed=smoothed)
 
     def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
         """Return by how much a scan spreads the ply's edge; see `EdgeSpread.least_mm`."""
@@ -143,9 +146,9 @@ class FilledSearch:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._zones.inside(self._of(points))
 
-    def _on_ply_at(self, places: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Return which of (N, 3) places in the mold's frame lie on the ply; NaN does not."""
-        at = places.astype(np.float64)
+    def _laid_on_ply(self, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return which of (N, 3) places of an image of heights lie on the ply; their z is above the reference."""
+        at = heights.astype(np.float64)
         return self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_)))
 
     def _by_squares(
@@ -173,12 +176,16 @@ class FilledSearch:
         return Patch((float(x), float(y)), float(np.pi * (radius * image.pitch_mm) ** 2), float(of.height_mm.max()))
 
     def _not_vouched(self, image: CloudImage, mask: NDArray[np.bool_] | None) -> tuple[tuple[Made, ...], str]:
-        asked, pose = asked_in(image, mask), self._setup.mold_from_scanner
-        mold = asked.points
-        if not image.laid and pose is not None and mold.size:
-            mold = cloud.transform(mold, pose, threads=self._threads)
-        on_ply = self._on_ply_at(mold.reshape(-1, 3)).reshape(mold.shape[:2])
-        return not_vouched(asked, mold[..., :2], on_ply, image.step_mm)
+        asked = asked_in(image, mask)
+        places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
+        seen = np.flatnonzero(complete(np.isfinite(places)))
+        on_ply, xy_mm = np.zeros(len(places), np.bool_), places[:, :2].copy()
+        if image.laid:
+            on_ply[seen] = self._laid_on_ply(places[seen])
+        else:
+            of = self._of(places[seen])
+            on_ply[seen], xy_mm[seen] = self._zones.inside(of), of.points_mm[:, :2]
+        return not_vouched(asked, xy_mm.reshape(*shape, 2), on_ply.reshape(shape), image.step_mm)
 
     def _of(self, points: NDArray[np.float32]) -> Sample:
         return sample_of(points, self._setup.prepared, self._setup.mold_from_scanner, self._threads)

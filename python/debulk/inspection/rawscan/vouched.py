@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.evidence.cloud_image import ROUNDING, CloudImage
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.evidence.smooth_patches import steps_hide
 from debulk.inspection.find.found import Found
@@ -37,14 +37,15 @@ class Limits:
     # quiet, of half of it 0.26; of noise ten times as strong 0.05 is wild.
     quiet: float = 0.25
     wild: float = 30.0
-    copied_share: float = 0.1  # of all points: if more repeat a neighbour, the scan's depths are rounded
+    copied_share: float = 0.02  # by the median over parts: if more repeat a neighbour, depths were rounded or smoothed
     least_mm: float = 1e-3  # median of the fourth differences: below is no noise that a part could lack
     # Probabilities of a made point to be copied or wild, and to be quiet, as if nothing more was known of it: of
     # inpainted points 0.4 to 1 are one of the two, and of those on folds, kinks and edges of a ply 0.1 to 0.4.
     made_copied: float = 0.35
     made_quiet: float = 0.35
-    rarest: float = 0.01  # probability of what a measured point hardly ever is
+    rarest: float = 0.02  # probability of what a measured point hardly ever is
     least_share: float = 0.3  # of a part's cells in which a point was asked
+    rim_pixels: int = 1  # by which quiet parts come out smaller: differences across their rim have noise from outside
 
 
 LIMITS = Limits()
@@ -60,9 +61,11 @@ class Asked(NamedTuple):
     apart_mm: Cloud
     """(2, R, C) sizes of fourth differences along the image's columns and rows; NaN where a neighbour was not seen."""
     copied: Bools
-    """(R, C) whether a neighbour has the same depth, to the resolution of a float32."""
+    """(R, C) whether a neighbour has the same depth, bit for bit."""
     cell_mm: float
     """Side of the square that each of them has for itself."""
+    pitch_mm: float
+    """Side of a pixel."""
 
 
 class Made(NamedTuple):
@@ -104,15 +107,13 @@ def asked_in(image: CloudImage, mask: Bools | None) -> Asked:
     one, two = ([at(depth, 0, k) - here, at(depth, 0, -k) - here] for k in (1, 2))
     along.append(two[0] + two[1] - 4 * (one[0] + one[1]))
     here = at(given, 0, 0).copy()
-    deepest = np.abs(here[np.isfinite(here)]).max(initial=np.float32(0.0))
-    same_mm = np.float32(ROUNDING * np.spacing(deepest))
     copied = np.zeros(here.shape, np.bool_)
     for beside in _BESIDE:
-        copied |= np.abs(at(given, *beside) - here) <= same_mm
+        copied |= at(given, *beside) == here
     points = at(image.heights, 0, 0).copy()
     if mask is not None and mask.shape == image.points.shape[:2]:
         points[mask[2 : rows - 2 : step, 2 : columns - 2 : step]] = np.nan
-    return Asked(points, np.abs(np.stack(along)), copied, step * image.pitch_mm)
+    return Asked(points, np.abs(np.stack(along)), copied, step * image.pitch_mm, image.pitch_mm)
 
 
 def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tuple[tuple[Made, ...], str]:
@@ -131,15 +132,17 @@ def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tu
     quiet = asked.apart_mm <= np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
     wild = asked.apart_mm > np.float32(LIMITS.wild) * middle_mm[:, None, None]
     odd = wild[0] & wild[1]  # along both: beside a flying pixel it is along one
-    if np.count_nonzero(asked.copied & on_ply) <= LIMITS.copied_share * np.count_nonzero(on_ply):
+    parts = _around(on_ply.astype(np.float32))
+    shares = _around((asked.copied & on_ply).astype(np.float32))[on_ply] / parts[on_ply]
+    if len(shares) and np.median(shares) <= LIMITS.copied_share:
         odd |= asked.copied
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
     made = _made(quiet[0] & quiet[1], odd, known[0] & known[1])
     for one, seen in zip(quiet, known, strict=True):
         made |= _made(one, odd, seen)
     made &= on_ply
-    shares = np.stack([quiet[0] & quiet[1], asked.copied, wild[0] & wild[1]])
-    return tuple(_pieces(made, xy_mm, asked.cell_mm, shares)), steps_hide(step_mm) if rounded else ""
+    marks = np.stack([quiet[0] & quiet[1], asked.copied, wild[0] & wild[1]])
+    return tuple(_pieces(made, xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
 
 
 def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Finding]:
@@ -177,19 +180,21 @@ def _around(values: Cloud) -> Cloud:
     return np.asarray(cv2.boxFilter(values, -1, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
 
 
-def _pieces(made: Bools, xy_mm: Cloud, cell_mm: float, shares: Bools) -> list[Made]:
-    """Measure each connected part; `shares` (3, R, C) are marks of points that are quiet, copied and wild."""
+def _pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: Bools) -> list[Made]:
+    """Measure each connected part; `marks` (3, R, C) are those of points that are quiet, copied and wild."""
     closed = cv2.morphologyEx(made.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(np.bool_)
     pieces, out = pieces_of(closed, 4), []
     for number in pieces.of_size(LIMITS.window_cells):
         window = pieces.window(number, 0)
         own = pieces.labels[window] == number
-        wide_mm = 2 * float(cv2.distanceTransform(np.pad(own, 1).view(np.uint8), cv2.DIST_L2, 5).max()) * cell_mm
+        wide_mm = 2 * float(cv2.distanceTransform(np.pad(own, 1).view(np.uint8), cv2.DIST_L2, 5).max()) * asked.cell_mm
         own &= np.isfinite(xy_mm[window][..., 0])
         places = xy_mm[window][own].astype(np.float64)
         if len(places):
+            shares = [float(np.mean(one[window][own])) for one in marks]
+            if shares[0] > max(shares[1:]):
+                wide_mm += 2 * LIMITS.rim_pixels * asked.pitch_mm
             x, y = places.mean(axis=0).tolist()
             box_mm = np.stack([places.min(axis=0), places.max(axis=0)])
-            area_mm2 = float(pieces.sizes[number]) * cell_mm**2
-            out.append(Made((x, y), area_mm2, wide_mm, box_mm, *(float(np.mean(one[window][own])) for one in shares)))
+            out.append(Made((x, y), float(pieces.sizes[number]) * asked.cell_mm**2, wide_mm, box_mm, *shares))
     return out
