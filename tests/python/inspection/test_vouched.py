@@ -144,7 +144,14 @@ def test_it_is_found_among_flying_pixels():
 def test_rounded_depths_repeat_everywhere(step_mm):
     points = _image(_bell(3.0, 30.0))
     points[..., 2] = np.round(points[..., 2] / step_mm) * step_mm
-    assert not _wide(points, step_mm=step_mm)
+    assert not _parts(points, step_mm=step_mm)
+
+
+def test_level_ply_between_two_steps_is_measured():
+    points, rng = _image(_bell(0.0, 1.0), 0.0), np.random.default_rng(7)
+    quieter = np.hypot(*np.moveaxis(points[..., :2], 2, 0)) < 15
+    points[..., 2] = 0.0625 * np.round(rng.normal(0, np.where(quieter, 0.005, 0.03)) / 0.0625)
+    assert not _parts(points, step_mm=0.0625)
 
 
 def test_what_the_mask_hides_is_not_asked():

@@ -17,6 +17,7 @@ from debulk.surface import Reference
 _SIDE = 1.6
 _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
 _ROWS = 60  # from which the step of the depths is read
+_FEWEST = 60  # points of a list of which lines are looked for
 _GAP = 2.0  # times the pitch: points of a list that lie farther apart are no neighbours
 _IN_LINES = 0.8  # share of a list's points whose neighbours along and across its lines are neighbours on the ply
 _BACK = 8.0  # pixels: where a list goes back by more, a line begins; a pixel that flies lies beside its place by fewer
@@ -65,7 +66,7 @@ def in_lines(scan: Cloud, pitch_mm: float) -> CloudImage | None:
 
     Software that exports an image as a list writes row after row, mostly without the pixels that were not seen.
     """
-    if len(scan) < _ROWS or not np.isfinite(pitch_mm):
+    if len(scan) < _FEWEST or not np.isfinite(pitch_mm):
         return None
     first = np.arange(0, len(scan) - 1, max(1, len(scan) // _TRIED))
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off have no neighbours

@@ -129,19 +129,19 @@ def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tu
     if not (middle_mm > LIMITS.least_mm).all():
         return (), "the scan has too little noise to miss it in a patch"
     rounded = step_mm > LIMITS.quiet * float(middle_mm.min())
-    quiet = asked.apart_mm <= np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
+    quiet = asked.apart_mm < np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
     wild = asked.apart_mm > np.float32(LIMITS.wild) * middle_mm[:, None, None]
-    odd = wild[0] & wild[1]  # along both: beside a flying pixel it is along one
-    parts = _around(on_ply.astype(np.float32))
-    shares = _around((asked.copied & on_ply).astype(np.float32))[on_ply] / parts[on_ply]
-    if len(shares) and np.median(shares) <= LIMITS.copied_share:
-        odd |= asked.copied
+    flies, copied = wild[0] & wild[1], asked.copied & on_ply  # along both: beside a flying pixel it is along one
+    shares = _around(copied.astype(np.float32))[on_ply] / _around(on_ply.astype(np.float32))[on_ply]
+    if np.median(shares) > LIMITS.copied_share:
+        copied = np.zeros_like(copied)
+    odd = flies | copied
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
     made = _made(quiet[0] & quiet[1], odd, known[0] & known[1])
     for one, seen in zip(quiet, known, strict=True):
         made |= _made(one, odd, seen)
     made &= on_ply
-    marks = np.stack([quiet[0] & quiet[1], asked.copied, wild[0] & wild[1]])
+    marks = np.stack([quiet[0] & quiet[1], copied, flies])
     return tuple(_pieces(made, xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
 
 
