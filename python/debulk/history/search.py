@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 import sqlite3
 from dataclasses import dataclass
 from typing import Any
@@ -9,6 +11,9 @@ from typing import Any
 from debulk._core import InputError
 from debulk.history.rows import LayupRow, columns
 from debulk.verdict import Verdict
+
+# Times are compared as text, so others than the start of a record's, 2026-11-27T02:59:44+00:00, would find nothing.
+_TIME = re.compile(r"\d{4}(-\d\d(-\d\d(T\d\d(:\d\d(:\d\d(\.\d+)?(Z|\+00:00)?)?)?)?)?)?")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +43,11 @@ class Search:
             raise InputError(f"verdict: expected one of {', '.join(names)}, got {self.verdict!r}")
         if not self.within_mm > 0:
             raise InputError(f"within_mm: expected a positive number, got {self.within_mm!r}")
+        if self.near_mm is not None and not all(map(math.isfinite, self.near_mm)):
+            raise InputError(f"near_mm: expected two finite numbers, got {self.near_mm!r}")
+        for name, time in (("since", self.since), ("until", self.until)):
+            if time is not None and not _TIME.fullmatch(time):
+                raise InputError(f"{name}: expected a time in UTC like 2026-03-01 or 2026-03-01T06:30, got {time!r}")
         if self.limit < 1:
             raise InputError(f"limit: expected at least 1, got {self.limit!r}")
 

@@ -21,7 +21,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 UpTo10 = Annotated[float, Field(ge=0, le=10)]
 UpTo100 = Annotated[float, Field(ge=0, le=100)]
 UpTo1000 = Annotated[float, Field(ge=0, le=1000)]
-Limit = Annotated[float, Field(gt=0, le=1000)]
+Limit = Annotated[float, Field(gt=0, le=10)]  # as the thickness: 600 is a limit in micrometres, and passes everything
 
 
 class Material(Section):

@@ -78,7 +78,18 @@ def test_layups_are_found(history, wanted, records):
     assert [row.record for row in history.find(**wanted)] == records
 
 
-@pytest.mark.parametrize("wanted", [{"verdict": "good"}, {"within_mm": 0}, {"limit": 0}])
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        {"verdict": "good"},
+        {"within_mm": 0},
+        {"limit": 0},
+        {"near_mm": (330, float("nan"))},
+        {"since": "yesterday"},
+        {"since": "2026-3-1"},
+        {"until": "2026-03-01 06:00"},
+    ],
+)
 def test_a_search_that_cannot_be_meant_is_refused(history, wanted):
     with pytest.raises(InputError, match=next(iter(wanted))):
         history.find(**wanted)

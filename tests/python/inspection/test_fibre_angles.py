@@ -201,6 +201,8 @@ def test_outside_a_drape_nothing_is_known(plain, drape):
         (Grid(np.zeros((3, 3, 2)), np.array([0.0, np.nan]), 1.0), "origin_mm"),
         ((0.0, np.nan), "fibre_angles_deg: expected two angles"),
         (["0", "90"], "fibre_angles_deg: expected two angles"),
+        ((-np.pi / 4, np.pi / 4), "at least 10 degrees apart, .*; are they in radians"),
+        ((0.0, 9.0), "at least 10 degrees apart, but got 0 and 9$"),
     ],
 )
 def test_bad_angles_are_named(value, words):

@@ -146,10 +146,14 @@ def test_settings_of_earlier_versions_load_and_change_nothing():
 
 def test_limits_and_spacings_that_no_ply_has_are_refused():
     """Larger ones come out as infinite in the figures that are made of them, smaller ones as zero."""
-    limits = ("max_rms_mm", "max_ridge_mm", "rms_margin_mm", "ridge_margin_mm")
-    for name in (*limits, "compliance_margin_mm"):
+    for name in ("rms_margin_mm", "ridge_margin_mm", "compliance_margin_mm"):
         assert error_of(Recipe, verdict={name: 1e300}) == f"verdict.{name}: expected a number at most 1000, got 1e+300"
     assert error_of(Recipe, net={"spacing_mm": 1e-300}) == "net.spacing_mm: expected a number at least 0.1, got 1e-300"
+
+
+@pytest.mark.parametrize("name", ["max_rms_mm", "max_ridge_mm"])
+def test_limits_in_micrometres_are_refused_because_every_layup_keeps_them(name):
+    assert error_of(Recipe, verdict={name: 600}) == f"verdict.{name}: expected a number at most 10, got 600"
 
 
 def test_nothing_is_suggested_that_is_not_near():

@@ -15,7 +15,9 @@ from debulk.surface import Reference
 
 Angles = ArrayLike | Grid | Drape | Draping
 _NAME = "fibre_angles_deg"
-_LEAST_APART_DEG = 1.0
+_LEAST_APART_DEG = (
+    10.0  # no net can be laid below it (cpp/debulk/net/lay.cpp), and one direction says nothing of the other
+)
 
 
 def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
@@ -46,14 +48,19 @@ def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
 
 
 def check_apart(angles_deg: ArrayLike, name: str) -> None:
-    """Refuse two fibre directions that are equal, or nearly so."""
+    """Refuse two fibre directions that are equal, or nearly so, as two angles in radians are."""
     first, second = np.asarray(angles_deg, dtype=np.float64)
-    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
-    if not _LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG:
+    if not _apart(first, second):
+        radians = _apart(*np.degrees([first, second])) and max(abs(first), abs(second)) <= np.pi
         raise InputError(
-            f"{name}: expected two directions at least {_LEAST_APART_DEG:g} degree apart, but got {first:g} and "
-            f"{second:g}"
+            f"{name}: expected two directions at least {_LEAST_APART_DEG:g} degrees apart, but got {first:g} and "
+            f"{second:g}{'; are they in radians?' if radians else ''}"
         )
+
+
+def _apart(first: float, second: float) -> bool:
+    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
+    return bool(_LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG)
 
 
 def laid(
