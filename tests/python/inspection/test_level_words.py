@@ -79,6 +79,10 @@ def test_a_ply_that_lies_right_has_no_reason():
              "so widely cannot be judged; lay it down and scan again"),
         ),
         (0.30 + 0.5 * (U > 0), ("50 % of the ply lies 0.50 mm higher than the rest, by a step", "backing paper")),
+        (
+            0.30 * (U > -0.5),
+            ("the mold is bare on 27 % of where the ply should be, beyond a line through", "the outline is this ply's"),
+        ),
         (0.30 + 0.5 * (U > -0.5), ("73 % of the ply lies 0.50 mm higher",)),
         (0.30 + 0.6 * U + 0.15 * V**2, ("tilted by 0.11 degrees", "1.16 mm from end to end")),  # of the plane alone
     ],

@@ -67,7 +67,7 @@ def level_reason(
     order = next((k for k in range(3) if counts[k] and small[k]), None)
     step = best_step(found)
     if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
-        what, remedy = _step(step)
+        what, remedy = _step(step, level, tol)
     else:
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
         if order == 2 and _lifted(level, found, recipe):
@@ -118,12 +118,19 @@ def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[
     )
 
 
-def _step(step: Step) -> tuple[str, str]:
-    """Name a step, and a remedy."""
+def _step(step: Step, level: Level, tol_mm: float) -> tuple[str, str]:
+    """Name a step, and a remedy. Where it goes down from a ply that lies right to the mold, no ply lies beyond it."""
     x, y = step.at_mm
+    line = f"line through ({x:.0f}, {y:.0f}) mm at {step.line_deg:.0f} degrees from x"
+    if max(abs(step.low_mm + level.thickness_mm), abs(step.low_mm + step.height_mm)) <= tol_mm:
+        return (
+            f"the mold is bare on {100 * (1 - step.share):.0f} % of where the ply should be, beyond a {line}",
+            "check that the outline is this ply's, not shifted or mirrored, and in the mold's frame, and that the "
+            "reference shows nothing of the ply",
+        )
     return (
         f"{100 * step.share:.0f} % of the ply lies {step.height_mm:.2f} mm higher than the rest, by a step along a "
-        f"line through ({x:.0f}, {y:.0f}) mm at {step.line_deg:.0f} degrees from x",
+        f"{line}",
         "look whether backing paper was left on there, or whether another ply lies below; if neither, check whether "
         "scanner or mold moved",
     )

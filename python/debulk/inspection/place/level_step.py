@@ -26,6 +26,8 @@ class Step:
 
     height_mm: float
     """Height of the higher side above the other."""
+    low_mm: float
+    """Deviation of the lower side."""
     share: float
     """Share of the squares that lie on the higher side."""
     at_mm: Floats
@@ -63,7 +65,8 @@ def best_step(found: Deviation) -> Step | None:
             smallest, share = left / smoothly, (count - below if high > low else below) / count
             middle, here = found.xy_mm.mean(axis=0), 0.5 * (along[below - 1] + along[below])
             rest = residual - np.where(away_mm < here, low, high)
-            best = Step(abs(high - low), share, middle + (here - middle @ across) * across, float(degrees), rest)
+            place_mm = middle + (here - middle @ across) * across
+            best = Step(abs(high - low), min(low, high), share, place_mm, float(degrees), rest)
     return best
 
 
