@@ -77,7 +77,15 @@ def test_the_search_heeds_a_raised_stop():
 def test_a_torn_ply_is_invalid():
     report = laid_ply.inspector().inspect(laid_ply.scan(place(40, 40, -T)))
     assert report.verdict is Verdict.INVALID
-    assert re.search("the ply is missing over 1[56] cm²", report.reason)
+    assert re.search("the ply is missing over 1[56] cm².*, and a mask over its windows$", report.reason)
+
+
+def test_a_window_of_the_ply_goes_into_the_mask():
+    scan, given = laid_ply.scan(place(40, 40, -T)), laid_ply.layup()
+    points = scan @ given.mold_from_scanner[:3, :3].T + given.mold_from_scanner[:3, 3]
+    mask = (np.abs(points[..., :2] - (20, 10)) < 22).all(axis=-1)
+    inspector = Inspector(None, given.reference, given.ply_outline, (0, 90), given.mold_from_scanner, mask=mask)
+    assert inspector.inspect(scan).verdict is Verdict.CEASE
 
 
 @pytest.mark.parametrize(
