@@ -41,9 +41,10 @@ struct Nearest {
     merge<8>(), merge<4>(), merge<2>(), merge<1>();
     return least[3][0];
   }
-  DEBULK_INLINE float mean() const {  // mean distance of the four nearest, after fourth()
+  // Mean distance of the four nearest, after fourth(). Those beyond a limit count as if they were there.
+  DEBULK_INLINE float mean(float within) const {
     double sum = 0;
-    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(kept[0]));
+    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(std::min(kept[0], within)));
     return static_cast<float>(sum / 4);
   }
 };

@@ -118,43 +118,27 @@ struct Finder {
                      2 * t.pass->tolerance);
   }
 
+  // The mean distance to the nearest four, or a lower bound of it that is above `enough`. All that lies within the
+  // radius is visited, so what is not found there is farther away. The radius is widened until that settles it.
   DEBULK_INLINE float find(std::uint32_t k) {
     self = t.index[k];
     column = static_cast<int>(self % static_cast<std::uint32_t>(t.pass->cloud.width));
     row = static_cast<int>(self / static_cast<std::uint32_t>(t.pass->cloud.width));
     p[0] = t.x[k], p[1] = t.y[k], p[2] = t.z[k];
-    float limit = t.limit[k];
-    const double largest = 4 * std::max(t.pass->cloud.width, t.pass->cloud.height);
-    for (double radius = 4; !(limit < infinity) && radius < largest; radius *= 4) {
-      Nearest more;
-      visit_window(window(radius), more);
-      limit = more.fourth();
-    }
-    Nearest found;
-    found.limit = limit;
-    if (limit < infinity) visit_window(window(reach(limit)), found);
-    found.fourth();
-    return found.mean();
-  }
-
-  // Prefetches the tile of a point that is searched later.
-  DEBULK_INLINE void fetch(std::uint32_t pixel) const {
-    const CloudView& cloud = t.pass->cloud;
-    const int i = static_cast<int>(pixel % static_cast<std::uint32_t>(cloud.width)) / tile_width * tile_width;
-    const int j = static_cast<int>(pixel / static_cast<std::uint32_t>(cloud.width)) / tile_height * tile_height;
-    for (int y = j; y < std::min(cloud.height, j + tile_height); ++y) {
-      const char* from = reinterpret_cast<const char*>(cloud.point(i, y));
-      for (int k = 0; k < tile_width * 12; k += 64) __builtin_prefetch(from + k);
-      __builtin_prefetch(t.pass->states + static_cast<std::size_t>(y) * static_cast<std::size_t>(cloud.width) + i);
+    float square = std::max(t.radius * t.radius, std::numeric_limits<float>::min());
+    for (float wider = 4;; square *= wider, wider *= 4) {  // infinite after a few steps, which ends it
+      Nearest found;
+      const float limit = found.limit = std::min(square, t.limit[k]);
+      visit_window(window(reach(limit)), found);
+      const bool complete = !(found.fourth() > limit);
+      const float mean = found.mean(limit);
+      if (complete || mean > t.enough) return mean;
     }
   }
 };
 
 void run(const OpenTables& tables, long begin, long end, float* distances) {
   Finder finder(tables);
-  const std::uint32_t last = tables.starts[end];
-  for (std::uint32_t k = tables.starts[begin]; k < last; ++k) {
-    if (k + ahead < last) finder.fetch(tables.index[k + ahead]);
-    distances[k] = finder.find(k);
-  }
+  for (std::uint32_t k = tables.starts[begin]; k < tables.starts[end]; ++k)
+    if ((k % tables.every == 0) == tables.multiples) distances[k] = finder.find(k);
 }

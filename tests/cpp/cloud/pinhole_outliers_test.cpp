@@ -36,6 +36,38 @@ void lift(Cloud& cloud, int column, int row, double depth) {
   for (int k = 0; k < 3; ++k) p[k] = static_cast<float>(p[k] * scale);
 }
 
+// With a threshold from a sample of the open points, all are decided as their exact distances say. A multiple of the
+// deviation moves the threshold among those of the flying pixels.
+void expect_decided(const Cloud& cloud, const char* what, OutlierOptions options, const Pinhole& by, const std::vector<float>& distances) {
+  const double ratio = options.std_ratio;
+  for (const double more : {0.0, 0.3, 1.0, 4.0}) {
+    options.std_ratio = ratio * more;
+    std::vector<std::uint8_t> first;
+    for (const Isa isa : {Isa::base, Isa::v3, Isa::v4})
+      for (const int threads : {1, 2, 4}) {
+        if (isa > best_isa()) continue;
+        PinholeOutliers fast;
+        fast.isa = isa;
+        fast.most_measured = 20;
+        ASSERT_TRUE(fast.run(cloud.view(), by, options, nullptr, threads)) << what;
+        if (first.empty()) {
+          first = fast.keep();
+          const double threshold = fast.summary().threshold;
+          long wrong = 0, decided = 0;
+          for (std::size_t k = 0; k < first.size(); ++k) {
+            if (!cloud.view().seen(k)) continue;
+            const bool above = static_cast<double>(distances[k]) > threshold;
+            wrong += (first[k] == 0) != above && !(std::abs(distances[k] / threshold - 1) < 1e-6);
+            decided += above;
+          }
+          EXPECT_EQ(wrong, 0) << what << ", " << more << " times the deviation";
+          EXPECT_GT(decided, 0) << what;
+        }
+        EXPECT_EQ(fast.keep(), first) << what << ", isa " << static_cast<int>(isa) << ", threads " << threads;
+      }
+  }
+}
+
 // The same decisions as the exact search, but for ties with the threshold; on every instruction set and number of threads.
 void expect_exact(const Cloud& cloud, const char* what, const OutlierOptions& options = {}, const Pinhole& by = camera) {
   const Outliers exact = remove_outliers(cloud.view(), options, 2);
@@ -64,6 +96,7 @@ void expect_exact(const Cloud& cloud, const char* what, const OutlierOptions& op
         EXPECT_EQ(fast.keep(), first) << what << ", isa " << static_cast<int>(isa) << ", threads " << threads << ", guess " << guess;
         EXPECT_EQ(fast.summary().threshold, threshold) << what;
       }
+  expect_decided(cloud, what, options, by, distances);
 }
 
 TEST(PinholeOutliers, AreTheExactOnesOnANoisyTiltedSheetWithDropOuts) {
@@ -129,6 +162,46 @@ TEST(PinholeOutliers, AreTheExactOnesInStripsWithPointsFarFromAll) {
   Cloud tall = view(0, 0.1, 0.004, 43, 3, 1100, narrow);
   lift(tall, 1, 500, 9), lift(tall, 0, 800, -7), lift(tall, 2, 1099, 30);
   expect_exact(tall, "three columns", {}, narrow);
+}
+
+TEST(PinholeOutliers, AreTheExactOnesInThinRowsOnOneRayAndAtCliffs) {
+  for (const double size : {1e-3, 1.0, 1e3}) {  // metres, mm, and a scale that no scanner has
+    Cloud rows = view(0.1, 0.2, 0.02, 47);
+    Random random(53);
+    for (int j = 0; j < 220; ++j)
+      for (int i = 0; i < 300; ++i)
+        if (j % 40 > 20 + i % 2) rows.point(i, j)[0] = nan;  // parts, and at their ends a row of which every second is missing
+    for (int k = 0; k < 300; ++k) lift(rows, 5 + 2 * (k % 140), 22 + 40 * (k / 140), 3 * random.uniform());
+    Cloud cliff = view(0.4, 0, 0.02, 59);
+    for (int j = 0; j < 220; ++j)
+      for (int i = 0; i < 300; ++i)
+        if ((i / 37 + j / 29) % 2) lift(cliff, i, j, 30);  // a board of steps, nearly two in a pixel's neighbourhood
+    for (int k = 0; k < 400; ++k) lift(cliff, random.below(300), random.below(220), 30 * random.uniform());
+    Cloud ray = view(0, 0, 0.01, 61);
+    for (int k = 0; k < 2000; ++k) {  // chains that a ray sees end on, and that stand across it
+      const int i = 2 + random.below(296), j = random.below(220), length = 1 + random.below(6);
+      for (int m = 0; m < length && i + m < 300; ++m) lift(ray, i + (k % 2 ? m : m % 2), j, 2.0 + (k % 3 ? 1.1 * m : 0));
+    }
+    for (Cloud* cloud : {&rows, &cliff, &ray})
+      for (float& value : cloud->xyz) value *= static_cast<float>(size);
+    expect_exact(rows, "thin rows");
+    expect_exact(cliff, "cliffs");
+    expect_exact(ray, "chains");
+  }
+}
+
+// Of 6 % of pixels that fly up to 40 mm, as wide a spread as any, a sample of 500 gives the threshold to 3 %.
+TEST(PinholeOutliers, TakeTheThresholdFromASample) {
+  Cloud cloud = view(0.2, 0.1, 0.02, 67);
+  Random random(71);
+  for (int k = 0; k < 3000; ++k) lift(cloud, random.below(300), random.below(220), 40 * std::pow(random.uniform(), 2));
+  const Outliers exact = remove_outliers(cloud.view(), {}, 2);
+  PinholeOutliers fast;
+  fast.most_measured = 500;
+  ASSERT_TRUE(fast.run(cloud.view(), camera, {}, nullptr, 2));
+  EXPECT_NE(fast.summary().threshold, exact.threshold);
+  EXPECT_NEAR(fast.summary().threshold / exact.threshold, 1, 0.03);
+  EXPECT_NEAR(fast.summary().mean / exact.mean, 1, 0.03);
 }
 
 TEST(PinholeOutliers, HeedTheOtherOptions) {
