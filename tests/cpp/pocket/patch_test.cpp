@@ -6,12 +6,11 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "bells.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/smooth.hpp"
+#include "support/dense.hpp"
 
 namespace debulk {
 namespace {
@@ -86,10 +85,10 @@ double fitted(const Grid<float>& heights, int i, int j, int half) {
     }
   const double least = std::isnan(heights.at(i, j)) ? 0.5 * (2 * half + 1) * (2 * half + 1) : 9;
   if (static_cast<double>(rows.size()) < least) return kUnknown;
-  Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(6, 6);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(6);
   for (std::size_t k = 0; k < rows.size(); ++k) matrix += rows[k] * rows[k].transpose(), right += values[k] * rows[k];
-  return matrix.ldlt().solve(right)[0];
+  return test::cholesky_solution(matrix, right)[0];
 }
 
 TEST(Smooth, IsTheFitOverWhatIsKnownWhateverElseIsAskedFor) {

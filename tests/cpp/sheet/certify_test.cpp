@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -12,6 +10,7 @@
 #include "debulk/net/fibre_net.hpp"
 #include "debulk/sheet/minimise.hpp"
 #include "debulk/surface/moved.hpp"
+#include "support/dense.hpp"
 #include "support/shapes.hpp"
 
 namespace debulk {
@@ -57,7 +56,7 @@ VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
       if (in[k]) chosen.push_back(static_cast<long>(k));
     MatrixXd part(a.rows(), static_cast<long>(chosen.size()));
     for (std::size_t k = 0; k < chosen.size(); ++k) part.col(static_cast<long>(k)) = a.col(chosen[k]);
-    const VectorXd of_part = part.completeOrthogonalDecomposition().solve(b);
+    const VectorXd of_part = test::least_squares(part, b);
     VectorXd out = VectorXd::Zero(a.cols());
     for (std::size_t k = 0; k < chosen.size(); ++k) out[chosen[k]] = of_part[static_cast<long>(k)];
     return out;
@@ -124,9 +123,9 @@ double plain_residual(const Sheet& sheet, const Points& x, double stiffness = 0)
   if (stiffness > 0) {
     force += matrix(pulls).rowwise().sum();
   } else {  // tensions take what lies along the fibres; of the mold's pushes, too
-    const Eigen::CompleteOrthogonalDecomposition<MatrixXd> tensions(matrix(pulls));
-    force -= matrix(pulls) * tensions.solve(force);
-    if (!pushes.empty()) push -= matrix(pulls) * MatrixXd(tensions.solve(push));  // Eigen solves no system of no columns
+    const MatrixXd along = matrix(pulls);
+    force -= along * test::least_squares(along, force);
+    if (!pushes.empty()) push -= along * test::least_squares(along, push);  // Eigen solves no system of no columns
   }
   if (!pushes.empty()) force -= push * non_negative_least_squares(push, force);
   return force.lpNorm<Eigen::Infinity>() / sheet.force_unit_n();

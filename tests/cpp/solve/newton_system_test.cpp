@@ -2,20 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
-
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "support/dense.hpp"
 
 namespace debulk {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using test::Exact;
 
 // f = y.W y / 2 with a banded W, and equalities a_k.y + (s_k.y)^2 / 2 = 0, each of a few neighbouring variables: like the strain
 // of a fibre they have a Hessian without negative curvature, which compression turns into some.
@@ -26,7 +24,7 @@ class Banded : public Problem {
     w_ = MatrixXd::Zero(n_, n_);
     for (int i = 0; i < n_; ++i)
       for (int j = std::max(0, i - band_); j <= i; ++j) w_(i, j) = w_(j, i) = normal();
-    w_ += (softest - Eigen::SelfAdjointEigenSolver<MatrixXd>(w_).eigenvalues()[0]) * MatrixXd::Identity(n_, n_);
+    w_ += (softest - test::eigenvalues(w_)[0]) * MatrixXd::Identity(n_, n_);
     for (int k = 0; k < m_; ++k) {
       first_.push_back(static_cast<int>(engine_() % static_cast<unsigned>(n_ - band_)));
       a_.push_back(random_vector(band_ + 1));
@@ -123,13 +121,13 @@ Solution dense_solution(const MatrixXd& w, const MatrixXd& j, double stiffness, 
   kkt.bottomLeftCorner(m, n) = j.cast<long double>();
   kkt.bottomRightCorner(m, m) = -Exact::Identity(m, m) / static_cast<long double>(stiffness);
   right << slope.cast<long double>(), deficit.cast<long double>();
-  const VectorXd both = Eigen::PartialPivLU<Exact>(kkt).solve(right).cast<double>();
+  const VectorXd both = test::exact_solution(kkt, right);
   return {both.head(n), both.tail(m)};
 }
 
 // Of W + S + rho J^T J: what is positive definite is factored as it is.
 double least_eigenvalue(const MatrixXd& w, const MatrixXd& j, double rho) {
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(w + rho * j.transpose() * j).eigenvalues()[0];
+  return test::eigenvalues(w + rho * j.transpose() * j)[0];
 }
 
 TEST(NewtonSystem, SolvesWhatADenseFactorisationSolves) {
@@ -206,9 +204,7 @@ TEST(NewtonSystem, LeavesOutNoMoreCompressionThanItHasTo) {
       const VectorXd y = 0.3 * problem.random_vector(30), lambda = -push * problem.random_vector(8).cwiseAbs(), none = VectorXd::Zero(30);
       const MatrixXd j = problem.dense_jacobian(y);
       const auto rest = [&](double share) { return problem.dense_hessian(1, (1 - share) * lambda); };
-      const auto least = [&](double share) {
-        return Eigen::SelfAdjointEigenSolver<MatrixXd>(rest(share) + 1e6 * j.transpose() * j).eigenvalues()[0];
-      };
+      const auto least = [&](double share) { return test::eigenvalues(rest(share) + 1e6 * j.transpose() * j)[0]; };
       if (least(0) > -0.01 || least(0.25) < 0.01) continue;
       ++tried;
       NewtonSystem system(problem, Stop());
@@ -247,7 +243,7 @@ TEST(NewtonSystem, FitsMultipliersByLeastSquares) {
     NewtonSystem system(problem, Stop());
     system.differentiate(y);
     const MatrixXd columns = problem.dense_jacobian(y).transpose();
-    const VectorXd expected = columns.colPivHouseholderQr().solve(-slope);
+    const VectorXd expected = test::least_squares(columns, -slope);
     EXPECT_LT((system.fitted_multipliers(slope) - expected).norm(), 1e-5 * expected.norm()) << seed;
   }
 }
@@ -265,8 +261,8 @@ TEST(NewtonSystem, FindsTheSoftestDirectionWithinTheConstraints) {
     ASSERT_TRUE(system.factor(bounds, 1e8, 0));
     const VectorXd v = system.softest_direction(bounds);
     const MatrixXd j = problem.dense_jacobian(y), w = problem.dense_hessian(1, lambda) + MatrixXd(bounds.asDiagonal());
-    const MatrixXd null_space = Eigen::HouseholderQR<MatrixXd>(j.transpose()).householderQ() * MatrixXd::Identity(n, n).rightCols(n - m);
-    const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(null_space.transpose() * w * null_space).eigenvalues()[0];
+    const MatrixXd null_space = test::orthogonal(MatrixXd(j.transpose())).rightCols(n - m);
+    const double least = test::eigenvalues(null_space.transpose() * w * null_space)[0];
     EXPECT_NEAR(v.norm(), 1, 1e-12);
     EXPECT_LT((j * v).norm(), 1e-4) << seed;
     EXPECT_GE(v.dot(w * v), least - 1e-3) << seed;

@@ -2,21 +2,19 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "support/dense.hpp"
 
 namespace debulk {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using test::Exact;
 using Pattern = std::vector<std::pair<int, int>>;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -60,7 +58,7 @@ MatrixXd with_eigenvalues(const VectorXd& eigenvalues, std::mt19937& engine) {
   Exact seed(size, size);
   for (long j = 0; j < size; ++j)
     for (long i = 0; i < size; ++i) seed(i, j) = normal(engine);
-  const Exact q = Eigen::HouseholderQR<Exact>(seed).householderQ();
+  const Exact q = test::orthogonal(seed);
   const MatrixXd a = (q * eigenvalues.cast<long double>().asDiagonal() * q.transpose()).cast<double>();
   return (a + a.transpose()) / 2;
 }
@@ -116,7 +114,7 @@ TEST(Skyline, FactorAndSolutionAreBackwardStableOnRandomProfiles) {
       ASSERT_TRUE(s.factor()) << size;
       s.solve(x);
       expect_backward_stable(a, s, b, x);
-      const MatrixXd reference = Eigen::LLT<MatrixXd>(a).matrixU();
+      const MatrixXd reference = test::cholesky(a);
       for (int i = 0; i < size; ++i)  // scaled by the row: of a dominant diagonal no pivot is small
         EXPECT_LE((upper(s).row(i) - reference.row(i)).norm(), 1e-12 * size * reference.row(i).norm()) << size << ' ' << i;
     }
@@ -138,8 +136,8 @@ TEST(Skyline, LosesAsManyDigitsAsTheConditionHas) {
       VectorXd x = b;
       s.solve(x);
       expect_backward_stable(a, s, b, x);
-      const VectorXd exact = Eigen::LDLT<Exact>(a.cast<long double>()).solve(b.cast<long double>()).cast<double>();
-      const VectorXd eigen = Eigen::LLT<MatrixXd>(a).solve(b);
+      const VectorXd exact = test::exact_solution(a.cast<long double>(), b.cast<long double>());
+      const VectorXd eigen = test::cholesky_solution(a, b);
       EXPECT_LE((x - exact).norm(), 2 * size * kEps * condition * exact.norm()) << size << " 1e" << digits;
       EXPECT_LE((x - exact).norm(), 30 * (eigen - exact).norm() + 30 * kEps * exact.norm()) << size << " 1e" << digits;
     }
@@ -154,7 +152,7 @@ TEST(Skyline, RefusesWhatIsNotPositiveDefiniteAndNothingElse) {
       const MatrixXd a = random_positive(size, pattern, engine);
       const VectorXd diagonal = a.diagonal().cwiseSqrt();
       const MatrixXd even = diagonal.cwiseInverse().asDiagonal() * a * diagonal.cwiseInverse().asDiagonal();
-      const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(even).eigenvalues()[0];
+      const double least = test::eigenvalues(even)[0];
       for (const double off : {1e-2, 1e-6, 1e-9}) {
         const MatrixXd unit = MatrixXd::Identity(size, size);
         EXPECT_TRUE(filled(even - (least - off) * unit, pattern).factor()) << size << ' ' << off;
