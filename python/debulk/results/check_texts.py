@@ -63,8 +63,9 @@ CHECK_TEXTS = (
     CheckText(
         "two_layers",
         "The cloud holds two layers",
-        "in a list of points, windows 40 mm apart: whether neighbours lie at two heights, mixed as in two scans",
-        "a quarter of the thickness, in a fifth of the windows",
+        "in windows 40 mm apart in a list of points, 6 mm in an image: whether neighbours lie at two heights, mixed as "
+        "in two scans",
+        "a quarter of the thickness, in a fifth of the windows; in an image 0.75 of it, in four windows side by side",
         "give one scan alone; clear the buffer before the next one",
         (INVALID,),
     ),
@@ -207,8 +208,8 @@ CHECK_TEXTS = (
         "A flat place with a sharp edge",
         "places that lie off their level by more than half a thickness, flat, and go up or down within a few cells",
         "0.55 thicknesses, and the area of the smallest pocket",
-        "missing ply (INVALID): lay it anew, or give the outline that it has, and a mask over its windows; double ply, or "
-        "something on or below it (UNDECIDED): look at it, put it right, and scan again",
+        "missing ply (INVALID): lay it anew, or give the outline that it has, and a mask over its windows; double ply, "
+        "or something on or below it (UNDECIDED): look at it, put it right, and scan again",
         (INVALID, UNDECIDED),
     ),
     CheckText(

@@ -47,6 +47,22 @@ def test_two_layers_in_one_list_of_points_are_named(share):
     assert all(finding.check != "two_layers" for finding in alone.findings)
 
 
+@pytest.mark.parametrize("way", ["rows", "columns", "pixels"])
+def test_two_passes_in_one_image_between_which_a_pocket_sank_are_named(way):
+    """They agree but on the pocket, a small part of the ply; by the means of both it would close."""
+    scan, reference, outline = spar.clouds(80.0, 20.0, 0.3, lift_mm=2.4)
+    assert spar.true_ridge_mm(80.0, 20.0, 2.4, 0.3) > 0.66
+    sank = spar.clouds(80.0, 20.0, 0.3, lift_mm=0.8, seed=1)[0]
+    row, column = np.indices(scan.shape[:2])
+    of = {"rows": row % 2 > 0, "columns": column % 2 > 0}.get(way, np.random.default_rng(0).random(row.shape) < 0.5)
+    report = inspected(np.where(of[..., None], sank, scan), reference, outline, 0.3)
+    assert report.verdict is Verdict.INVALID
+    assert report.reason.startswith("the scan holds two layers, "), report.reason
+    for alone in (scan, sank):
+        report = inspected(alone, reference, outline, 0.3)
+        assert report.verdict in (Verdict.CREASE, Verdict.CEASE), report.reason
+
+
 @pytest.mark.parametrize("image", [True, False])
 def test_repeated_points_are_named(image):
     """The outlier filter takes heaps of points away: of an enlarged image, or of a list that holds each five times."""
