@@ -12,7 +12,6 @@ void bind_files(pybind11::module_ m);
 void bind_surface(pybind11::module_ m);
 void bind_pocket(pybind11::module_ m);
 void bind_fibre(pybind11::module_ m);
-void bind_rawscan(pybind11::module_ m);
 void bind_net(pybind11::module_ m);
 void bind_solve(pybind11::module_ m);
 void bind_sheet(pybind11::module_ m);

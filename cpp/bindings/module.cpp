@@ -43,7 +43,6 @@ PYBIND11_MODULE(core, m, py::multiple_interpreters::not_supported()) {
   debulk::bind_surface(room("surface"));
   debulk::bind_pocket(room("pocket"));
   debulk::bind_fibre(room("fibre"));
-  debulk::bind_rawscan(room("rawscan"));
   debulk::bind_net(room("net"));
   debulk::bind_solve(room("solve"));
   debulk::bind_sheet(room("sheet"));

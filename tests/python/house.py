@@ -16,7 +16,6 @@ LINES = tuple(
         "core scanner cloud surface pocket net sheet ridge verdict",
         "core solve sheet",
         "core solve section ridge",
-        "pocket rawscan",
         "pocket fibre verdict",
         "core files",
     )

@@ -51,9 +51,8 @@ def test_the_lines_join():
     assert BEFORE["core"] == set()
     assert BEFORE["solve"] == BEFORE["files"] == {"core"}
     assert BEFORE["net"] == {"core", "scanner", "cloud", "surface", "pocket"}
-    assert BEFORE["rawscan"] == {"core", "scanner", "cloud", "surface", "pocket"}
     assert BEFORE["section"] == {"core", "solve"}
-    assert BEFORE["verdict"] == set(BEFORE) - {"verdict", "rawscan", "files"}
+    assert BEFORE["verdict"] == set(BEFORE) - {"verdict", "files"}
 
 
 def plant(root: Path, name: str, text: str) -> None:
@@ -73,7 +72,7 @@ FAULTS = [
     ("cpp/debulk/solve/a.inl", '#include "debulk/net/net.hpp"\n', wrong_includes, "a.inl:1: solve may not include"),
     ("cpp/debulk/solve/a.hpp", "#include <debulk/net/net.hpp>\n", wrong_includes, "solve may not include"),
     ("cpp/debulk/section/a.hpp", '#include "debulk/sheet/a.hpp"\n', wrong_includes, "section may not include"),
-    ("cpp/debulk/pocket/a.hpp", '#include "debulk/rawscan/a.hpp"\n', wrong_includes, "pocket may not include"),
+    ("cpp/debulk/pocket/a.hpp", '#include "debulk/fibre/a.hpp"\n', wrong_includes, "pocket may not include"),
     ("cpp/debulk/files/a.hpp", '#include "debulk/cloud/a.hpp"\n', wrong_includes, "files may not include"),
     ("cpp/debulk/core/a.hpp", '#include "bindings/bind.hpp"\n', wrong_includes, "core may not include bindings"),
     ("cpp/debulk/core/a.hpp", '#include "error.hpp"\n', wrong_includes, "core may not include error.hpp"),
@@ -160,7 +159,7 @@ def test_a_planted_fault_is_found(tmp_path, name, text, check, expected):
 def test_what_goes_downhill_is_fine(tmp_path):
     plant(tmp_path, "cpp/debulk/sheet/a.cpp", '#include "debulk/solve/problem.hpp"\n#include "debulk/net/net.hpp"\n')
     plant(tmp_path, "cpp/debulk/ridge/a.inl", '#include "debulk/section/a.hpp"\n')
-    plant(tmp_path, "cpp/debulk/rawscan/a.hpp", '#include "debulk/pocket/a.hpp"\n')
+    plant(tmp_path, "cpp/debulk/fibre/a.hpp", '#include "debulk/pocket/a.hpp"\n')
     plant(tmp_path, "cpp/bindings/bind_sheet.cpp", '#include "bindings/bind.hpp"\n#include "debulk/sheet/a.hpp"\n')
     plant(tmp_path, "cpp/bindings/sheet_arrays.hpp", '#include "debulk/sheet/a.hpp"\n')
     plant(tmp_path, "cpp/bindings/module.cpp", '#include "debulk/core/error.hpp"\n')

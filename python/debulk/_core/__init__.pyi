@@ -10,7 +10,6 @@ from debulk._core import fibre as fibre
 from debulk._core import files as files
 from debulk._core import net as net
 from debulk._core import pocket as pocket
-from debulk._core import rawscan as rawscan
 from debulk._core import ridge as ridge
 from debulk._core import scanner as scanner
 from debulk._core import section as section

@@ -239,11 +239,11 @@ CHECK_TEXTS = (
     CheckText(
         "filled",
         "A patch was made by software, not measured",
-        "squares of 12 by 12 pixels whose noise is a tenth of the scan's, or which show fewer roundings; and parts of "
-        "7 by 7 pixels, 8 mm at least, whose points are likelier to have been made of their neighbours than measured: "
-        "they carry no noise, repeat depths of their neighbours, or scatter many times as much",
-        "together the area of the smallest pocket, 2 cm² at most; by parts, `verdict.max_ridge_mm` for what the fibres "
-        "show there and a place so wide can hide",
+        "parts of 7 by 7 pixels, 8 mm at least, whose points are likelier to have been made of their neighbours than "
+        "measured: they carry no noise, repeat depths of their neighbours, or scatter many times as much; where depths "
+        "are rounded, parts of 13 by 13 pixels, 16 mm at least, that show no more than the rounding, or lie between "
+        "its steps",
+        "`verdict.max_ridge_mm` for what the fibres show there and a place so wide can hide",
         "switch the scanner's hole filling, clipping and removal of outliers off, or give the raw cloud",
         (UNDECIDED,),
     ),

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk import _core
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.smooth_patches import quiet_squares, some_on_ply, squares_of, touching
+from debulk.inspection.evidence.squares import some_on_ply, squares_of
+from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.inspection.rawscan.vouched import UP, asked_in
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
 
@@ -239,18 +240,23 @@ def test_coarse_steps_on_a_slope_are_not_told_from_a_patch(slope, steps):
     z = 800 + slope * x + ((x - 210) ** 2 + (y - 140) ** 2) / 40000
     z += 0.03 * np.random.default_rng(1).standard_normal(z.shape)
     scan = np.dstack([x, y, np.round(z / step) * step]).astype(np.float32)
-    squares = squares_of(scan.shape, 0.7, 16.0)
-    up = np.array([0.0, 0.0, 1.0])
-    quiet = _quiet(scan, squares, up)
-    assert max((len(piece) for piece in touching(quiet.squares)), default=0) < 4
+    assert not _wide(scan, 0.7)
 
 
 def _everywhere(at):
     return np.ones(len(at), dtype=bool)
 
 
-def _quiet(scan, squares, up, stop=None):
-    return quiet_squares(scan, squares, some_on_ply(scan, squares, _everywhere), _everywhere, up, stop or _core.Stop())
+def _parts(scan, pitch_mm, axes=(UP,)):
+    """Parts of a scan, all of it ply, that software made, by the odds or in spite of rounded depths."""
+    image = CloudImage(scan, scan, pitch_mm)
+    asked = asked_in(image, None, axes)
+    on_ply = np.isfinite(asked.points).all(axis=2)
+    return made_in(image, asked, asked.points[..., :2], on_ply, axes)
+
+
+def _wide(*given):
+    return [part for part in _parts(*given)[0] if part.wide_mm > 8]  # narrower ones hide half of what creases
 
 
 def _left_out(report):
@@ -306,19 +312,61 @@ def test_steps_of_a_real_camera_are_no_patches(name, slant):
     with warnings.catch_warnings():  # old versions of PCL wrote half a turn where they meant the identity
         warnings.simplefilter("ignore", debulk.files.CloudWarning)
         scan = np.asarray(debulk.files.load_cloud(path, unit="m"), dtype=np.float32)
-    up = np.array([slant, 0.0, np.sqrt(1 - slant**2)])
+    up = (slant, 0.0, float(np.sqrt(1 - slant**2)))
     squares = squares_of(scan.shape, 1.0, 16.0)
-    found = _quiet(scan, squares, up)
+    assert not _wide(scan, 1.0, (UP, up))
     some, image = some_on_ply(scan, squares, _everywhere), CloudImage(scan, scan, 1.0)
     assert not any(noise_is_shared(image, squares, some, step) for step in (1, 2, 4))
-    assert "rounded to steps" in found.unknown
-    assert max((len(piece) for piece in touching(found.squares)), default=0) < 4
+    assert "rounded to steps" in _parts(scan, 1.0, (UP, up))[1]
 
 
-def test_the_search_ends_with_a_raised_stop():
-    scan = cloud(flat, SIZE, PITCH, 1).astype(np.float32)
-    stop = _core.Stop()
-    stop.cancel()
-    squares = squares_of(scan.shape, PITCH, 16.0)
-    with pytest.raises(_core.Stopped):
-        _quiet(scan, squares, np.array([0.0, 0.0, 1.0]), stop)
+def _rough(noise_mm, step_mm, late, patch=True, axes=(UP,)):
+    """A slope with white noise, rounded to steps (0: not), and a part without noise in its middle, rounded or not."""
+    y, x = np.mgrid[:200.0, :240.0]
+    smooth = 800 + 0.013 * x + 0.021 * y + 1e-4 * x**2
+    inside = patch & (np.hypot(x - 120, y - 100) < 30)
+    z = smooth + np.where(inside, 0.0, noise_mm) * np.random.default_rng(1).standard_normal(x.shape)
+    if step_mm:
+        z = np.where(inside & late, z, np.round(z / step_mm) * step_mm)
+    return np.dstack([x, y, z]).astype(np.float32)
+
+
+def _is_middle(parts):
+    (one,) = parts
+    return np.hypot(one.centre_mm[0] - 120, one.centre_mm[1] - 100) < 3 and 45 < one.wide_mm < 70
+
+
+@pytest.mark.parametrize("step_mm", [0.0, 0.01, 0.02, 0.05, 0.075])  # 0.4 steps of noise in the last
+@pytest.mark.parametrize("late", [False, True])
+def test_a_part_is_found_in_any_noise_that_steps_do_not_hide(step_mm, late):
+    found, unknown = _parts(_rough(0.03, step_mm, late), 1.0)
+    assert _is_middle(found)
+    assert late or not unknown
+    assert not _wide(_rough(0.03, step_mm, late, patch=False), 1.0)
+
+
+def test_where_steps_hide_the_noise_only_what_was_filled_in_after_is_found():
+    found, unknown = _parts(_rough(0.01, 0.1, late=False), 1.0)
+    assert not found
+    assert "steps of 0.1 mm" in unknown
+    assert _is_middle(_parts(_rough(0.01, 0.1, late=True), 1.0)[0])
+
+
+def test_the_steps_of_a_disparity_vary_with_the_depth():
+    y, x = np.mgrid[:200.0, :240.0]
+    whole = 800**2 / 0.1  # a step of 0.1 mm at 800 mm
+    noise = 0.05 * np.random.default_rng(1).standard_normal(x.shape)
+    for patch in (True, False):
+        z = 740 + 0.513 * x + 0.021 * y + noise * ~(patch & (np.hypot(x - 120, y - 100) < 30))
+        found, unknown = _parts(np.dstack([x, y, whole / np.round(whole / z)]).astype(np.float32), 1.0)
+        assert _is_middle(found) if patch else not found
+        assert not unknown
+
+
+def test_heights_are_clipped_along_another_axis_than_the_scanners():
+    y, x = np.mgrid[:200.0, :240.0]
+    sideways, noise = 0.03 * np.random.default_rng(1).standard_normal((2, *x.shape))
+    inside = np.hypot(x - 120, y - 100) < 30
+    scan = np.dstack([x + sideways, y, 500 - 0.3 * x + np.where(inside, -0.3 * sideways, noise)]).astype(np.float32)
+    assert not any(part.wide_mm > 20 for part in _parts(scan, 1.0)[0])
+    assert _is_middle(_parts(scan, 1.0, (UP, tuple((np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1)).tolist())))[0])

@@ -9,7 +9,7 @@ import pytest
 import laid_ply
 from debulk import Inspector, Recipe, scenes
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.smooth_patches import some_on_ply, squares_of
+from debulk.inspection.evidence.squares import some_on_ply, squares_of
 from debulk.inspection.rawscan.shared_noise import noise_is_shared
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid

@@ -11,10 +11,10 @@ from debulk.inspection.checks import approval, false_acceptance, fibre_angles, p
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.clouds import unit
-from debulk.inspection.evidence import smooth_patches, two_layers
+from debulk.inspection.evidence import squares, two_layers
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import hidden, humps
-from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, shared_noise, vouched
+from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
 
@@ -64,8 +64,8 @@ CHECKS = (
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
     Check(
         "filled",
-        lambda seen: [*seen.filled.findings(), *vouched.findings(seen.filled.made, seen.found, seen.ply.recipe)],
-        (filled.LIMITS, smooth_patches.LIMITS, vouched.LIMITS),
+        lambda seen: vouched.findings(seen.filled.made, seen.found, seen.ply.recipe),
+        (filled.LIMITS, squares.LIMITS, vouched.LIMITS, rounded.LIMITS),
     ),
     Check("smoothed", lambda seen: seen.filled.smoothed.findings(), (shared_noise.LIMITS, edge_spread.LIMITS)),
     Check("audit", pockets.audit),

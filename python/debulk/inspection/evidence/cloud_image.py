@@ -17,6 +17,7 @@ from debulk.surface import Reference
 _SIDE = 1.6
 _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
 _ROWS = 60  # from which the step of the depths is read
+_LEVELS = 5  # of depths, from which on they show a step
 _FEWEST = 60  # points of a list of which lines are looked for
 _GAP = 2.0  # times the pitch: points of a list that lie farther apart are no neighbours
 _IN_LINES = 0.8  # share of a list's points whose neighbours along and across its lines are neighbours on the ply
@@ -47,9 +48,17 @@ class CloudImage:
 
     @property
     def step_mm(self) -> float:
-        """Step to which the depths, the scanner's z, were rounded; 0: no coarser than float32."""
+        """Step to which most depths, the scanner's z, were rounded; 0: no coarser than float32, or no steps are seen.
+
+        What was filled in after the rounding lies between the steps, mostly once at each depth.
+        """
         depths = self.points[:: max(1, len(self.points) // _ROWS), :, 2]
-        return step_of(depths[np.isfinite(depths)])
+        values, count = np.unique(depths[np.isfinite(depths)], return_counts=True)
+        levels = values[count > 1]
+        if len(levels) < _LEVELS or 2 * count[count > 1].sum() < count.sum():
+            return 0.0
+        step = float(np.median(np.diff(levels)))
+        return step if step > ROUNDING * float(np.spacing(np.abs(levels).max())) else 0.0
 
 
 def step_of(depths: NDArray[np.float32]) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Floats
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.cloud_image import CloudImage, step_of
-from debulk.inspection.evidence.smooth_patches import Squares
+from debulk.inspection.evidence.squares import Squares
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from debulk.arrays import Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
-from debulk.inspection.evidence.smooth_patches import Squares
+from debulk.inspection.evidence.squares import Squares
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.edge_spread import LIMITS, EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared

@@ -10,15 +10,15 @@ made, given how many of them are quiet, copied or wild there, and in the whole s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import pieces_of
-from debulk.inspection.evidence.smooth_patches import steps_hide
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes.unseen import most_ridge_mm
 from debulk.recipe import Recipe
@@ -45,10 +45,13 @@ class Limits:
     made_quiet: float = 0.35
     rarest: float = 0.02  # probability of what a measured point hardly ever is
     least_share: float = 0.3  # of a part's cells in which a point was asked
+    level: float = 0.5  # share of quiet points, from which it does not matter that a level place repeats depths
     rim_pixels: int = 1  # by which quiet parts come out smaller: differences across their rim have noise from outside
 
 
 LIMITS = Limits()
+UP = (0.0, 0.0, 1.0)
+Axes = tuple[tuple[float, float, float], ...]
 _SOME = 20_000  # differences, whose median is taken
 _BESIDE = tuple((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1) if down or right)
 
@@ -59,7 +62,8 @@ class Asked(NamedTuple):
     points: Cloud
     """(R, C, 3), scanner's frame, or of a list that was laid out: mold XY, and heights above the reference."""
     apart_mm: Cloud
-    """(2, R, C) sizes of fourth differences along the image's columns and rows; NaN where a neighbour was not seen."""
+    """(2 A, R, C) sizes of fourth differences along the image's columns and rows, of the heights along each of A axes;
+    NaN where a neighbour was not seen."""
     copied: Bools
     """(R, C) whether a neighbour has the same depth, bit for bit."""
     cell_mm: float
@@ -86,34 +90,43 @@ class Made(NamedTuple):
     @property
     def how(self) -> str:
         """What is odd about its points."""
-        if self.copied >= max(self.quiet, self.wild):
-            return "repeat depths of their neighbours"
-        return "carry no measuring noise" if self.quiet >= self.wild else "scatter many times as much"
+        if self.quiet > LIMITS.level or self.quiet >= max(self.copied, self.wild):
+            return "carry no measuring noise"
+        return "repeat depths of their neighbours" if self.copied >= self.wild else "scatter many times as much"
 
 
-def asked_in(image: CloudImage, mask: Bools | None) -> Asked:
+def asked_in(image: CloudImage, mask: Bools | None, axes: Axes = (UP,)) -> Asked:
     """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
     step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
-    rows, columns = image.points.shape[:2]
-
-    def at(of: Cloud, down: int, right: int) -> Cloud:
-        return of[2 + down : rows - 2 + down : step, 2 + right : columns - 2 + right : step]
-
-    depth, given = image.heights[..., 2], image.points[..., 2]
-    here = at(depth, 0, 0).copy()
-    # Of differences, which are exact: of depths, single precision would round the sum.
-    one, two = ([at(depth, k, 0) - here, at(depth, -k, 0) - here] for k in (1, 2))
-    along = [two[0] + two[1] - 4 * (one[0] + one[1])]
-    one, two = ([at(depth, 0, k) - here, at(depth, 0, -k) - here] for k in (1, 2))
-    along.append(two[0] + two[1] - 4 * (one[0] + one[1]))
-    here = at(given, 0, 0).copy()
+    first = 0 if len(axes) > 1 else 2  # along the scanner's z alone, x and y do not matter
+    along = _fourth(image.heights[..., first:], step)
+    each = [sum(axis[c] * along[..., c - first] for c in range(first, 3) if axis[c]) for axis in axes]
+    here = beside(image.points[..., 2], step, 0, 0).copy()
     copied = np.zeros(here.shape, np.bool_)
-    for beside in _BESIDE:
-        copied |= at(given, *beside) == here
-    points = at(image.heights, 0, 0).copy()
+    for place in _BESIDE:
+        copied |= beside(image.points[..., 2], step, *place) == here
+    points = beside(image.heights, step, 0, 0).copy()
     if mask is not None and mask.shape == image.points.shape[:2]:
-        points[mask[2 : rows - 2 : step, 2 : columns - 2 : step]] = np.nan
-    return Asked(points, np.abs(np.stack(along)), copied, step * image.pitch_mm, image.pitch_mm)
+        points[beside(mask, step, 0, 0)] = np.nan
+    return Asked(points, np.abs(np.concatenate(each)), copied, step * image.pitch_mm, image.pitch_mm)
+
+
+def beside(of: NDArray[Any], step: int, down: int, right: int) -> NDArray[Any]:
+    """Return the pixels of an image (H, W, …) so many rows below and columns beside those that are asked."""
+    rows, columns = of.shape[:2]
+    return of[2 + down : rows - 2 + down : step, 2 + right : columns - 2 + right : step]
+
+
+def _fourth(of: Cloud, step: int) -> Cloud:
+    """Return fourth differences (2, R, C) along columns and rows.
+
+    Of differences, which are exact: of coordinates, single precision would round the sum.
+    """
+    here, out = beside(of, step, 0, 0).copy(), []
+    for down, right in ((1, 0), (0, 1)):
+        one, two = ([beside(of, step, s * k * down, s * k * right) - here for s in (1, -1)] for k in (1, 2))
+        out.append(two[0] + two[1] - 4 * (one[0] + one[1]))
+    return np.stack(out)
 
 
 def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tuple[tuple[Made, ...], str]:
@@ -131,18 +144,27 @@ def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tu
     rounded = step_mm > LIMITS.quiet * float(middle_mm.min())
     quiet = asked.apart_mm < np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
     wild = asked.apart_mm > np.float32(LIMITS.wild) * middle_mm[:, None, None]
+    still = np.logical_or.reduce(quiet[::2] & quiet[1::2])
     flies, copied = wild[0] & wild[1], asked.copied & on_ply  # along both: beside a flying pixel it is along one
-    shares = _around(copied.astype(np.float32))[on_ply] / _around(on_ply.astype(np.float32))[on_ply]
+    shares = around(copied.astype(np.float32))[on_ply] / around(on_ply.astype(np.float32))[on_ply]
     if np.median(shares) > LIMITS.copied_share:
         copied = np.zeros_like(copied)
     odd = flies | copied
     # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
-    made = _made(quiet[0] & quiet[1], odd, known[0] & known[1])
+    made = _made(still, odd, known[0] & known[1])
     for one, seen in zip(quiet, known, strict=True):
         made |= _made(one, odd, seen)
     made &= on_ply
-    marks = np.stack([quiet[0] & quiet[1], copied, flies])
-    return tuple(_pieces(made, xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
+    marks = np.stack([still, copied, flies])
+    return tuple(pieces(made, xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
+
+
+def steps_hide(step_mm: float) -> str:
+    """Say why a lack of noise goes undetected in depths that were rounded."""
+    return (
+        f"the scan's depths are rounded to steps of {step_mm:.2g} mm, which hide its noise: what was filled in "
+        "before that looks like the rest"
+    )
 
 
 def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Finding]:
@@ -155,7 +177,7 @@ def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Find
             reason = (
                 f"some {in_cm2(part.area_mm2)} at ({x:.0f}, {y:.0f}) mm {part.how}, unlike the rest of the scan: "
                 f"filled in, clipped or replaced by the scanner's software? A ridge of {most_mm:.2f} mm could "
-                "have been there. Switch its filling of holes and its removal of outliers off, or give the raw cloud"
+                "have been there. Switch its hole filling and its removal of outliers off, or give the raw cloud"
             )
             out.append(Finding("filled", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", part.centre_mm))
     return out
@@ -170,23 +192,24 @@ def _made(quiet: Bools, odd: Bools, known: Bools) -> Bools:
     of_made = np.array([LIMITS.made_copied, LIMITS.made_quiet])
     odds = np.log(np.append(of_made, 1 - of_made.sum()) / np.append(natural, 1 - natural.sum())).astype(np.float32)
     told = known.astype(np.float32)
-    enough = _around(told) >= LIMITS.least_share * LIMITS.window_cells**2
+    enough = around(told) >= LIMITS.least_share * LIMITS.window_cells**2
     weights = odds[2] * told + (odds[1] - odds[2]) * quiet + (odds[0] - odds[2]) * odd
-    return enough & (_around(weights) > 0)
+    return enough & (around(weights) > 0)
 
 
-def _around(values: Cloud) -> Cloud:
-    side = (LIMITS.window_cells, LIMITS.window_cells)
+def around(values: Cloud | Bools, cells: int = LIMITS.window_cells) -> Cloud:
+    """Return the sums over squares of so many cells round each cell."""
+    side, values = (cells, cells), values.astype(np.float32, copy=False)
     return np.asarray(cv2.boxFilter(values, -1, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
 
 
-def _pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: Bools) -> list[Made]:
+def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: Bools) -> list[Made]:
     """Measure each connected part; `marks` (3, R, C) are those of points that are quiet, copied and wild."""
     closed = cv2.morphologyEx(made.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(np.bool_)
-    pieces, out = pieces_of(closed, 4), []
-    for number in pieces.of_size(LIMITS.window_cells):
-        window = pieces.window(number, 0)
-        own = pieces.labels[window] == number
+    found, out = pieces_of(closed, 4), []
+    for number in found.of_size(LIMITS.window_cells):
+        window = found.window(number, 0)
+        own = found.labels[window] == number
         wide_mm = 2 * float(cv2.distanceTransform(np.pad(own, 1).view(np.uint8), cv2.DIST_L2, 5).max()) * asked.cell_mm
         own &= np.isfinite(xy_mm[window][..., 0])
         places = xy_mm[window][own].astype(np.float64)
@@ -196,5 +219,5 @@ def _pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: Bools) -> list[Made]
                 wide_mm += 2 * LIMITS.rim_pixels * asked.pitch_mm
             x, y = places.mean(axis=0).tolist()
             box_mm = np.stack([places.min(axis=0), places.max(axis=0)])
-            out.append(Made((x, y), float(pieces.sizes[number]) * asked.cell_mm**2, wide_mm, box_mm, *shares))
+            out.append(Made((x, y), float(found.sizes[number]) * asked.cell_mm**2, wide_mm, box_mm, *shares))
     return out
