@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.arrays import Cloud, Floats
+from debulk.arrays import Bools, Cloud, Floats
 
 _POINTS = 30_000  # about 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)  # sides of the cells that are tried
@@ -49,6 +51,23 @@ def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
     flat = np.asarray(np.ravel_multi_index(at, shape), dtype=np.int64)
     flat.flags.writeable = False
     return flat, step ** len(shape)
+
+
+def window_of(points: Cloud, wanted: Callable[[Cloud], Bools]) -> tuple[slice, slice]:
+    """Return the rows and columns of an image (H, W, 3) outside which none of `thinned` points is wanted.
+
+    `wanted` says it of (N, 3) points, all finite. They reach by two tiles farther, and are all if no point is wanted.
+    """
+    few, each = thinned(points)
+    seen = np.flatnonzero(complete(np.isfinite(few)))
+    place = _places(points.shape[:-1])[0][seen[wanted(few[seen])]]
+    if not len(place):
+        return np.s_[:, :]
+    beyond = 2 * math.isqrt(each)
+    rows, columns = (
+        slice(max(0, int(at.min()) - beyond), int(at.max()) + beyond) for at in np.divmod(place, points.shape[1])
+    )
+    return rows, columns
 
 
 def complete(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -75,10 +75,14 @@ class PlyZones:
         if (known := sample.inside.get(self)) is not None:
             return known
         on: Bools = np.isfinite(sample.height_mm)
-        on[on] = self._on.at(sample.points_mm[on, :2], beyond=0.0) > 0
+        on[on] = self.hold(sample.points_mm[on, :2])
         on.flags.writeable = False  # because all callers share it
         sample.inside[self] = on
         return on
+
+    def hold(self, xy_mm: Floats) -> Bools:
+        """Return which places (N, 2) lie on the ply, well inside its outline."""
+        return self._on.at(xy_mm, beyond=0.0) > 0
 
     def cells(self, heights: Grid) -> Bools:
         """Return which cells of a map lie on the ply, well inside its outline."""

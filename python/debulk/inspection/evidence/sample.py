@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import cloud
-from debulk.arrays import Floats
+from debulk.arrays import Floats, Whole
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference.prepared import Prepared
-from debulk.surface import Reference
 
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
@@ -77,24 +76,28 @@ def sample_of(
     points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
 ) -> Sample:
     """Make a sample of (N, 3) points of a scan, all finite, each of which stands for itself alone."""
+    in_mold, below = over_reference(points, prepared, mold_from_scanner, threads)
+    heights = np.full(len(in_mold), np.nan)
+    if len(below):
+        heights[below] = in_mold[below, 2] - prepared.datum.height(in_mold[:, :2].take(below, axis=0))
+    return Sample(in_mold, heights, 1, np.zeros(len(in_mold), np.bool_))
+
+
+def over_reference(
+    points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
+) -> tuple[Floats, Whole]:
+    """Return (N, 3) points of a scan, all finite, in the mold's frame, and which of them the reference was seen below.
+
+    Their heights above it cost ten times as much.
+    """
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
-    return Sample(in_mold, _heights_above(prepared.datum, prepared.seen, in_mold), 1, np.zeros(len(in_mold), np.bool_))
-
-
-def _heights_above(reference: Reference, seen: Grid, points_mm: Floats) -> Floats:
-    """Return the heights of (N, 3) points above the reference; NaN where the grid `seen` shows nothing of it."""
-    heights = np.full(len(points_mm), np.nan)
-    (left, low), (right, high) = reference.box_mm
-    x, y, z = points_mm.T
+    (left, low), (right, high) = prepared.datum.box_mm
+    x, y, _ = in_mold.T
     inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
-    xy = np.stack([x[inside], y[inside]], axis=1)
-    known = np.flatnonzero(np.isfinite(seen.at(xy)))
-    if len(known):
-        inside = inside[known]
-        heights[inside] = z[inside] - reference.height(xy.take(known, axis=0))
-    return heights
+    known = np.isfinite(prepared.seen.at(np.stack([x[inside], y[inside]], axis=1)))
+    return in_mold, inside[known]
 
 
 def _same(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> NDArray[np.bool_]:

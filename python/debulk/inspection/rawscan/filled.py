@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.inspection.clouds.thinning import complete
+from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.clouds.thinning import complete, window_of
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
-from debulk.inspection.evidence.sample import Sample, sample_of
+from debulk.inspection.evidence.sample import Sample, over_reference
 from debulk.inspection.evidence.squares import SIDE, some_on_ply, squares_of
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.rounded import made_in
@@ -104,15 +105,20 @@ class FilledSearch:
 
     def on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
-        return self._zones.inside(self._of(points))
+        return self._lie(points)[1]
 
     def _laid_on_ply(self, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return which of (N, 3) places of an image of heights lie on the ply; their z is above the reference."""
-        at = heights.astype(np.float64)
-        return self._zones.inside(Sample(at, at[:, 2], 1, np.zeros(len(at), np.bool_)))
+        on: NDArray[np.bool_] = np.isfinite(heights[:, 2])
+        on[on] = self._zones.hold(heights[on, :2].astype(np.float64))
+        return on
 
     def _not_vouched(self, image: CloudImage, mask: NDArray[np.bool_] | None) -> tuple[tuple[Made, ...], str]:
         axes = (UP,) if image.laid else self._axes
+        if not image.laid:  # a scan often shows much more than the ply
+            window = window_of(image.points, self._near_ply)
+            part, mask = image.points[window], None if mask is None else mask[window]
+            image = CloudImage(part, part, image.pitch_mm)
         asked = asked_in(image, mask, axes)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
         seen = np.flatnonzero(complete(np.isfinite(places)))
@@ -121,9 +127,18 @@ class FilledSearch:
         if image.laid:
             on_ply[seen] = self._laid_on_ply(places[seen])
         else:
-            of = self._of(places[seen])
-            on_ply[seen], xy_mm[seen] = self._zones.inside(of), of.points_mm[:, :2]
+            xy_mm[seen], on_ply[seen] = self._lie(places[seen])
         return made_in(image, asked, xy_mm.reshape(*shape, 2), on_ply.reshape(shape), axes)
 
-    def _of(self, points: NDArray[np.float32]) -> Sample:
-        return sample_of(points, self._setup.prepared, self._setup.mold_from_scanner, self._threads)
+    def _near_ply(self, points: Cloud) -> Bools:
+        low, high = self._zones.box_mm
+        xy = self._lie(points)[0]
+        return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
+
+    def _lie(self, points: Cloud) -> tuple[Floats, Bools]:
+        """Return (N, 2) mold XY of points of a scan, all finite, and which lie on the ply, well inside its outline."""
+        setup = self._setup
+        in_mold, below = over_reference(points, setup.prepared, setup.mold_from_scanner, self._threads)
+        on: Bools = np.zeros(len(points), np.bool_)
+        on[below] = self._zones.hold(in_mold[:, :2].take(below, axis=0))
+        return in_mold[:, :2], on

@@ -99,34 +99,31 @@ def asked_in(image: CloudImage, mask: Bools | None, axes: Axes = (UP,)) -> Asked
     """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
     step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
     first = 0 if len(axes) > 1 else 2  # along the scanner's z alone, x and y do not matter
-    along = _fourth(image.heights[..., first:], step)
-    each = [sum(axis[c] * along[..., c - first] for c in range(first, 3) if axis[c]) for axis in axes]
-    here = beside(image.points[..., 2], step, 0, 0).copy()
-    copied = np.zeros(here.shape, np.bool_)
+    of, depths = image.heights[..., first:], image.points[..., 2]
+    here, depth = beside(of, step, 0, 0).copy(), beside(depths, step, 0, 0).copy()
+    # Differences, which are exact: of coordinates, single precision would round the sums.
+    off = {(k * i, k * j): beside(of, step, k * i, k * j) - here for i, j in ((1, 0), (0, 1)) for k in (-2, -1, 1, 2)}
+    apart = np.empty((2 * len(axes), *depth.shape), np.float32)
+    for n, (i, j) in enumerate(((1, 0), (0, 1))):
+        along = off[2 * i, 2 * j] + off[-2 * i, -2 * j] - 4 * (off[i, j] + off[-i, -j])
+        for a, axis in enumerate(axes):
+            apart[2 * a + n] = sum(axis[c] * along[..., c - first] for c in range(first, 3) if axis[c])
+    copied = np.zeros(depth.shape, np.bool_)
     for place in _BESIDE:
-        copied |= beside(image.points[..., 2], step, *place) == here
-    points = beside(image.heights, step, 0, 0).copy()
+        if image.laid or place not in off:
+            copied |= beside(depths, step, *place) == depth
+        else:
+            copied |= off[place][..., -1] == 0
+    points = here if first == 0 else beside(image.heights, step, 0, 0).copy()
     if mask is not None and mask.shape == image.points.shape[:2]:
         points[beside(mask, step, 0, 0)] = np.nan
-    return Asked(points, np.abs(np.concatenate(each)), copied, step * image.pitch_mm, image.pitch_mm)
+    return Asked(points, np.abs(apart, out=apart), copied, step * image.pitch_mm, image.pitch_mm)
 
 
 def beside(of: NDArray[Any], step: int, down: int, right: int) -> NDArray[Any]:
     """Return the pixels of an image (H, W, …) so many rows below and columns beside those that are asked."""
     rows, columns = of.shape[:2]
     return of[2 + down : rows - 2 + down : step, 2 + right : columns - 2 + right : step]
-
-
-def _fourth(of: Cloud, step: int) -> Cloud:
-    """Return fourth differences (2, R, C) along columns and rows.
-
-    Of differences, which are exact: of coordinates, single precision would round the sum.
-    """
-    here, out = beside(of, step, 0, 0).copy(), []
-    for down, right in ((1, 0), (0, 1)):
-        one, two = ([beside(of, step, s * k * down, s * k * right) - here for s in (1, -1)] for k in (1, 2))
-        out.append(two[0] + two[1] - 4 * (one[0] + one[1]))
-    return np.stack(out)
 
 
 def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tuple[tuple[Made, ...], str]:
