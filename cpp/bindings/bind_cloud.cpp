@@ -7,6 +7,7 @@
 #include "bindings/bind.hpp"
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
+#include "debulk/cloud/fourth_differences.hpp"
 #include "debulk/cloud/outliers.hpp"
 #include "debulk/cloud/pinhole.hpp"
 #include "debulk/cloud/pinhole_outliers.hpp"
@@ -14,6 +15,17 @@
 #include "debulk/cloud/transform.hpp"
 
 namespace debulk {
+namespace {
+
+// A part of an image is not copied either.
+PointImage point_image(const py::array_t<float>& a, const char* name) {
+  const bool fits = a.ndim() == 3 && a.shape(2) == 3 && (a.size() == 0 || (a.strides(1) == 3 * 4 && a.strides(2) == 4));
+  require(fits, name, "an (H, W, 3) array of points, or rows and columns of one", shape_of(a));
+  return {a.data(), a.strides(0) / 4, static_cast<int>(a.shape(1)), static_cast<int>(a.shape(0))};
+}
+
+}  // namespace
+
 void bind_cloud(py::module_ m) {
   m.def(
       "bounds",
@@ -101,6 +113,24 @@ void bind_cloud(py::module_ m) {
         return widest_pitch(cloud, pitch, stop);
       },
       py::arg("points"), py::arg("pitch"), py::arg("stop"));
+
+  m.def(
+      "fourth_differences",
+      [](const py::array_t<float>& heights, const py::array_t<float>& points, int step, const std::vector<std::array<float, 3>>& axes,
+         int threads, const Stop& stop) {
+        const PointImage of = point_image(heights, "heights"), from = point_image(points, "points");
+        require(from.width == of.width && from.height == of.height, "points", "the shape of the heights", shape_of(points));
+        require(step >= 1, "step", "1 pixel or more", step);
+        PixelDifferences out;
+        {
+          py::gil_scoped_release release;
+          out = fourth_differences(of, from, step, axes, threads, stop);
+        }
+        const py::ssize_t ways = 2 * static_cast<py::ssize_t>(axes.size());
+        return py::make_tuple(to_array(std::move(out.apart), {ways, out.rows, out.columns}),
+                              to_array(std::move(out.copied), {out.rows, out.columns}));
+      },
+      py::arg("heights"), py::arg("points"), py::arg("step"), py::arg("axes"), py::arg("threads"), py::arg("stop"));
 
   m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
     const CloudView cloud = cloud_view(points, "points");

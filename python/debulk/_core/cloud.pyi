@@ -14,6 +14,14 @@ def transform(points: ArrayLike, matrix: ArrayLike, threads: int, stop: Stop) ->
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
 def median_pitch(points: ArrayLike, threads: int, stop: Stop) -> float: ...
 def widest_pitch(points: ArrayLike, pitch: float, stop: Stop) -> float: ...
+def fourth_differences(
+    heights: _Singles,
+    points: _Singles,
+    step: int,
+    axes: tuple[tuple[float, float, float], ...],
+    threads: int,
+    stop: Stop,
+) -> tuple[_Singles, _Bytes]: ...
 def remove_outliers(
     points: ArrayLike,
     options: OutlierOptions,

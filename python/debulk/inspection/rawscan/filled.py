@@ -119,7 +119,7 @@ class FilledSearch:
             window = window_of(image.points, self._near_ply)
             part, mask = image.points[window], None if mask is None else mask[window]
             image = CloudImage(part, part, image.pitch_mm)
-        asked = asked_in(image, mask, axes)
+        asked = asked_in(image, mask, axes, self._threads)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
         seen = np.flatnonzero(complete(np.isfinite(places)))
         on_ply: NDArray[np.bool_] = np.zeros(len(places), np.bool_)

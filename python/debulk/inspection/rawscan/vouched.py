@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import pieces_of
@@ -53,7 +54,6 @@ LIMITS = Limits()
 UP = (0.0, 0.0, 1.0)
 Axes = tuple[tuple[float, float, float], ...]
 _SOME = 20_000  # differences, whose median is taken
-_BESIDE = tuple((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1) if down or right)
 
 
 class Asked(NamedTuple):
@@ -95,29 +95,16 @@ class Made(NamedTuple):
         return "repeat depths of their neighbours" if self.copied >= self.wild else "scatter many times as much"
 
 
-def asked_in(image: CloudImage, mask: Bools | None, axes: Axes = (UP,)) -> Asked:
+def asked_in(image: CloudImage, mask: Bools | None, axes: Axes = (UP,), threads: int = 0) -> Asked:
     """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
     step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
-    first = 0 if len(axes) > 1 else 2  # along the scanner's z alone, x and y do not matter
-    of, depths = image.heights[..., first:], image.points[..., 2]
-    here, depth = beside(of, step, 0, 0).copy(), beside(depths, step, 0, 0).copy()
-    # Differences, which are exact: of coordinates, single precision would round the sums.
-    off = {(k * i, k * j): beside(of, step, k * i, k * j) - here for i, j in ((1, 0), (0, 1)) for k in (-2, -1, 1, 2)}
-    apart = np.empty((2 * len(axes), *depth.shape), np.float32)
-    for n, (i, j) in enumerate(((1, 0), (0, 1))):
-        along = off[2 * i, 2 * j] + off[-2 * i, -2 * j] - 4 * (off[i, j] + off[-i, -j])
-        for a, axis in enumerate(axes):
-            apart[2 * a + n] = sum(axis[c] * along[..., c - first] for c in range(first, 3) if axis[c])
-    copied = np.zeros(depth.shape, np.bool_)
-    for place in _BESIDE:
-        if image.laid or place not in off:
-            copied |= beside(depths, step, *place) == depth
-        else:
-            copied |= off[place][..., -1] == 0
-    points = here if first == 0 else beside(image.heights, step, 0, 0).copy()
+    apart, copied = _core.cloud.fourth_differences(
+        image.heights, image.points, step, axes, threads=threads, stop=_core.Stop()
+    )
+    points = beside(image.heights, step, 0, 0).copy()
     if mask is not None and mask.shape == image.points.shape[:2]:
         points[beside(mask, step, 0, 0)] = np.nan
-    return Asked(points, np.abs(apart, out=apart), copied, step * image.pitch_mm, image.pitch_mm)
+    return Asked(points, apart, copied.view(np.bool_), step * image.pitch_mm, image.pitch_mm)
 
 
 def beside(of: NDArray[Any], step: int, down: int, right: int) -> NDArray[Any]:
