@@ -36,7 +36,7 @@ class Limits:
     mixed_share: float = 0.6  # of what chance gives: points whose nearest neighbour lies in the other layer
     apart_thicknesses: float = 0.25  # least distance of the layers
     side_pixels: int = 7  # of a window of an image
-    every_mm: float = 6.0  # from one window of an image to the next
+    every_mm: float = 9.0  # from one window of an image to the next: four across a pocket that can crease
     jump_share: float = 0.5  # of that distance: pixels in two layers are half of it off the mean of their neighbours
     near_windows: int = 4  # of three by three windows of an image that show two layers
     near_mixed_share: float = 0.9  # in an image; of what chance gives, a streak of two rows has 0.82
