@@ -86,16 +86,16 @@ def sample_of(
 def over_reference(
     points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
 ) -> tuple[Floats, Whole]:
-    """Return (N, 3) points of a scan, all finite, in the mold's frame, and which of them the reference was seen below.
+    """Return (N, 3) points of a scan in the mold's frame, and the numbers of those below which the mold was seen.
 
-    Their heights above it cost ten times as much.
+    Points that were not seen are none of these. Heights above it cost ten times as much.
     """
     if mold_from_scanner is not None and len(points):
         points = cloud.transform(points, mold_from_scanner, threads=threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
     (left, low), (right, high) = prepared.datum.box_mm
-    x, y, _ = in_mold.T
-    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
+    x, y, z = in_mold.T
+    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high) & np.isfinite(z))
     known = np.isfinite(prepared.seen.at(np.stack([x[inside], y[inside]], axis=1)))
     return in_mold, inside[known]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.clouds.thinning import complete, window_of
+from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
@@ -121,14 +121,9 @@ class FilledSearch:
             image = CloudImage(part, part, image.pitch_mm)
         asked = asked_in(image, mask, axes, self._threads)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
-        seen = np.flatnonzero(complete(np.isfinite(places)))
-        on_ply: NDArray[np.bool_] = np.zeros(len(places), np.bool_)
-        xy_mm = places[:, :2].copy()
-        if image.laid:
-            on_ply[seen] = self._laid_on_ply(places[seen])
-        else:
-            xy_mm[seen], on_ply[seen] = self._lie(places[seen])
-        return made_in(image, asked, xy_mm.reshape(*shape, 2), on_ply.reshape(shape), axes)
+        xy_mm, on_ply = (places[:, :2], self._laid_on_ply(places)) if image.laid else self._lie(places)
+        xy_mm = xy_mm.astype(np.float32).reshape(*shape, 2)
+        return made_in(image, asked, xy_mm, on_ply.reshape(shape), axes)
 
     def _near_ply(self, points: Cloud) -> Bools:
         low, high = self._zones.box_mm
@@ -136,7 +131,7 @@ class FilledSearch:
         return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
 
     def _lie(self, points: Cloud) -> tuple[Floats, Bools]:
-        """Return (N, 2) mold XY of points of a scan, all finite, and which lie on the ply, well inside its outline."""
+        """Return (N, 2) mold XY of points of a scan, and which were seen on the ply, well inside its outline."""
         setup = self._setup
         in_mold, below = over_reference(points, setup.prepared, setup.mold_from_scanner, self._threads)
         on: Bools = np.zeros(len(points), np.bool_)
