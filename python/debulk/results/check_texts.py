@@ -63,7 +63,7 @@ CHECK_TEXTS = (
     CheckText(
         "two_layers",
         "The cloud holds two layers",
-        "in windows 40 mm apart in a list of points, 6 mm in an image: whether neighbours lie at two heights, mixed as "
+        "in windows 40 mm apart in a list of points, 9 mm in an image: whether neighbours lie at two heights, mixed as "
         "in two scans",
         "a quarter of the thickness, in a fifth of the windows; in an image 0.75 of it, in four windows side by side",
         "give one scan alone; clear the buffer before the next one",

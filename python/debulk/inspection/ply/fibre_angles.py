@@ -15,9 +15,7 @@ from debulk.surface import Reference
 
 Angles = ArrayLike | Grid | Drape | Draping
 _NAME = "fibre_angles_deg"
-_LEAST_APART_DEG = (
-    10.0  # no net can be laid below it (cpp/debulk/net/lay.cpp), and one direction says nothing of the other
-)
+_LEAST_APART_DEG = 10.0  # below it no net can be laid (net/lay.cpp), and nobody looks across the fibres
 
 
 def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
