@@ -35,7 +35,7 @@ def reason(blocks):
     ("shape", "share", "height_mm"),
     [
         (lambda u, v: 0.4 * (u + 0.3 * v > 0), 0.5, 0.4),
-        (lambda u, v: -0.4 * (u > 0), 0.5, 0.3),  # a ply may lie 0.1 mm low before that counts
+        (lambda u, v: -0.7 * (u > 0), 0.5, 0.6),  # a ply may lie 0.1 mm low before that counts
         (lambda u, v: 0.4 * (u > 1 / 3), 1 / 3, 0.4),
         (lambda u, v: 0.4 * (v > 0.7), 1 / 6, 0.4),
         (lambda u, v: 1.5 * (v < -0.8), 1 / 12, 1.5),
@@ -47,6 +47,12 @@ def test_a_step_is_a_step(shape, share, height_mm, high_share):
     assert " of the ply lies " in said and " by a step along " in said
     step = best_step(found)
     assert step.share == pytest.approx(share, abs=0.02) and step.height_mm == pytest.approx(height_mm, abs=0.02)
+
+
+@pytest.mark.parametrize("high_share", [0.0, 0.04])
+def test_a_step_of_a_thickness_down_is_bare_mold(high_share):
+    said, _ = reason(seen(lambda u, v: -0.3 * (u > 0), high_share))
+    assert "the mold is bare on 50 % of where the ply should be" in said
 
 
 @pytest.mark.parametrize("high_share", [0.0, 0.04])

@@ -20,6 +20,7 @@ from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.inspection.ply.setup import Setup
 
 
@@ -91,13 +92,15 @@ def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> fl
         row, column = (step * at[:, None, None] for at in np.nonzero(looked))
         window = row + np.arange(side)[:, None], column + np.arange(side)
         height = _along(scan[window], up)
+        height[~np.isfinite(height)] = np.nan
         if setup.mask is not None and setup.mask.shape == scan.shape[:2]:
             height[setup.mask[window]] = np.nan
         rest = _off_smooth(height.astype(np.float64))
     apart, share, upper = _halves(rest.reshape(len(rest), -1))
     upper = upper.reshape(rest.shape)
     mixed = [np.mean(np.diff(upper, axis=axis), axis=(1, 2)) for axis in (1, 2)]  # of bools: which neighbours differ
-    two = (apart > least_mm) & (np.max(mixed, axis=0) > LIMITS.near_mixed_share * 2 * share * (1 - share))
+    two = (apart > least_mm) & (apart < HIGHEST_MM)
+    two &= np.max(mixed, axis=0) > LIMITS.near_mixed_share * 2 * share * (1 - share)
     repeated = [np.mean(np.diff(height, axis=axis) == 0, axis=(1, 2)) for axis in (1, 2)]
     two &= np.min(repeated, axis=0) < LIMITS.repeated_share
     if rounded_mm := step_of(middle[looked][:, 2]):

@@ -89,8 +89,9 @@ def _steps(depths: Cloud, every: int, step_mm: float) -> tuple[Bools, Cloud]:
     for place in ((0, 1), (1, 0)):
         apart = np.abs(beside(depths, every, *place) - here)
         np.fmin(gap_mm, apart, where=apart > 0, out=gap_mm)
-    nearer = (here / np.median(here[np.isfinite(here)])) ** 2
-    between = gap_mm < LIMITS.between * step_mm * np.minimum(nearer, 1)
+    low, middle, high = np.quantile(here[np.isfinite(here)], (0.01, 0.5, 0.99))
+    far = abs(middle) > high - low  # else depths are not those from a camera, and all steps are alike
+    between = gap_mm < LIMITS.between * step_mm * (np.minimum((here / middle) ** 2, 1) if far else 1)
     gap_mm[between] = np.inf
     own_mm = cv2.erode(gap_mm, np.ones((LIMITS.window_cells,) * 2, np.uint8))
     own_mm[own_mm > 2 * step_mm] = step_mm
