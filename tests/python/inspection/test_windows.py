@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from debulk.grid import Grid
+from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.find.windows import cells_round, cut_out
 
@@ -41,3 +42,20 @@ def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
     grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
     cut_out(grid, slice(0, 4), slice(0, 5)).values[:] = np.nan
     assert np.isfinite(grid.values).all()
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_the_window_of_an_image_holds_all_that_is_wanted_and_little_more(every):
+    """Also where only every third row and column was seen."""
+    row, column = np.mgrid[:700, :900].astype(np.float32)
+    image = np.dstack([column, row, 0 * row])
+    image[(row % every != 1 % every) | (column % every != 1 % every)] = np.nan
+
+    def wanted(points):
+        return np.hypot(points[:, 0] - 640, points[:, 1] - 250) < 120
+
+    marks = np.zeros(row.shape, dtype=bool)
+    marks[window_of(image, wanted)] = True
+    assert marks[np.hypot(column - 640, row - 250) < 120].all()
+    assert 240**2 < np.count_nonzero(marks) < 270**2
+    assert window_of(image, lambda points: np.zeros(len(points), dtype=bool)) == np.s_[:, :]

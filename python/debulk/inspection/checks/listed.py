@@ -65,9 +65,13 @@ CHECKS = (
     Check(
         "filled",
         lambda seen: vouched.findings(seen.filled.made, seen.found, seen.ply.recipe),
-        (filled.LIMITS, squares.LIMITS, vouched.LIMITS, rounded.LIMITS),
+        (filled.LIMITS, vouched.LIMITS, rounded.LIMITS),
     ),
-    Check("smoothed", lambda seen: seen.filled.smoothed.findings(), (shared_noise.LIMITS, edge_spread.LIMITS)),
+    Check(
+        "smoothed",
+        lambda seen: seen.filled.smoothed.findings(),
+        (squares.LIMITS, shared_noise.LIMITS, edge_spread.LIMITS),
+    ),
     Check("audit", pockets.audit),
     Check("approval", lambda seen: approval.findings(seen.approved, seen.ply.recipe)),
 )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Bools, Floats
 from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
@@ -61,7 +62,7 @@ def _in_list_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> flo
     pose = setup.pose
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off are in no window
         at = [product(scan, pose[k, :3].astype(np.float32)) + np.float32(pose[k, 3]) for k in (0, 1)]
-        near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & np.isfinite(scan).all(axis=1)
+        near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & complete(np.isfinite(scan))
     sample = sample_of(scan[near], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
     known = np.isfinite(sample.height_mm)
     xy, height = sample.points_mm[known, :2], sample.height_mm[known]
@@ -82,7 +83,7 @@ def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> fl
     with np.errstate(invalid="ignore", over="ignore"):  # points at infinity count as none
         looked = _jumps_mm(scan, up, step) > LIMITS.jump_share * least_mm
         middle = scan[side // 2 :: step, side // 2 :: step][: looked.shape[0], : looked.shape[1]]
-        looked &= np.isfinite(middle).all(axis=2)
+        looked &= complete(np.isfinite(middle))
         if setup.outline is not None and looked.any():
             at = middle[looked].astype(np.float64)
             xy = np.stack([product(at, setup.pose[k, :3]) + setup.pose[k, 3] for k in (0, 1)], axis=1)
