@@ -77,7 +77,7 @@ format: $(stamps)/tools ## Put all files into the house's format
 	.venv/bin/clang-format -i $(cpp_files)
 
 # The rooms that read files or walk over images by index with many threads; those after them compute with few, or with Eigen.
-rooms ?= core scanner files cloud surface pocket fibre rawscan
+rooms ?= core scanner files cloud surface pocket fibre
 space := $(subst ,, )
 sanitized = $(layer) 'C++ tests under $(1)' '$(quietly) cmake --preset $(1) && \
 	$(quietly) cmake --build --preset $(1) --target $(rooms:%=test_%) && ctest --preset $(1) -j $(2) -R "^($(subst $(space),|,$(strip $(rooms))))\."'
