@@ -40,7 +40,7 @@ class Recogniser:
         """Compare a scan, (H, W, 3) or (N, 3), scanner's frame, before any filter; `sample` is a sample of it."""
         with np.errstate(all="ignore"):  # points far off, which are outliers
             windows = windows_of(scan, self._search.on_ply, sample.pitch_mm)
-            edge_mm = self._search.edge_mm(scan, self._mask)
+            edge_mm = self._search.smoothed.edge_mm(scan, self._mask)
             found = signature_of(windows, sample.pitch_mm, image=scan.ndim == 3, edge_mm=edge_mm)
         return recognised(found, self._chain)
 

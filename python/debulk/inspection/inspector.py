@@ -46,7 +46,6 @@ from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, prepare
 from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
-from debulk.inspection.settling import unsettled
 from debulk.inspection.tracing import Given, checked_context, now_utc, tracing
 from debulk.recipe import Recipe
 from debulk.report import Report
@@ -434,7 +433,7 @@ class Inspector:
             hidden = lost(standing, found, self.recipe)
             seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *known)
             report = reporting.report(seen, cycle.timings_ms())
-        return unsettled(report, seen)
+        return reporting.unsettled(report, seen)
 
     def find(self, scan: ArrayLike, stop: _core.Stop | None = None) -> Found:
         """Find the pockets of a scan without evaluating them; these are the first steps of `inspect`.

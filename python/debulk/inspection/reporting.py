@@ -1,17 +1,25 @@
-"""The report of an inspection: what its checks found, the verdict that follows, and what was left out."""
+"""The report of an inspection: what its checks found, the verdict that follows, and what was left out.
+
+The nets and minima that a verdict did not need are made when somebody looks, to the same bits at any time.
+"""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
+from debulk import _core
 from debulk.grid import Grid
 from debulk.inspection import left_out
+from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.check import findings_of
 from debulk.inspection.checks.listed import CHECKS
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.find.long_runs import long_runs
+from debulk.inspection.evaluate.evaluated import Evaluation
+from debulk.inspection.evaluate.evaluation import settle
 from debulk.inspection.holes import unseen
 from debulk.inspection.lines import places
 from debulk.inspection.place.placing import Placed
@@ -21,8 +29,10 @@ from debulk.inspection.rawscan import lost_places
 from debulk.report import Report
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
-from debulk.risk import risk
+from debulk.results.report import PocketReport
+from debulk.results.unsettled import Later, UnsettledPocket
 from debulk.verdict import Verdict
+from debulk.workers import Workers
 
 log = logging.getLogger("debulk")
 
@@ -41,9 +51,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     entries += (left_out.of_chain(),) if seen.recognised is None else seen.recognised.left_out
     entries += humps.left_out(seen.humps)
     log.info("%s: %s", layup.verdict.value, layup.reason)
-    runs = long_runs(found.runs, judged.pockets, ply)
-    risks = risk(judged.reports, runs, ply.recipe)
-    pockets = tuple(replace(one, crease_probability=risks.pockets[one.id]) for one in judged.reports)
+    pockets = tuple(replace(one, crease_probability=seen.risks.pockets[one.id]) for one in judged.reports)
     return Report(
         verdict=layup.verdict,
         reason=layup.reason,
@@ -60,8 +68,8 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         height_map=found.overview,
         excess_map=None if found.runs is None else found.runs.largest,
         shear_map=ply.shear,
-        runs=runs,
-        crease_probability=risks.layup,
+        runs=seen.runs,
+        crease_probability=seen.risks.layup,
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
     )
@@ -96,3 +104,33 @@ def _without_pockets(
         recipe=ply.recipe.model_dump(),
         **known,
     )
+
+
+def unsettled(given: Report, seen: Seen) -> Report:
+    """Return the report with what makes the nets and minima that its verdict did not need, if there are any.
+
+    Each pocket holds its piece of the height map until its net is made, and the report all of them until it is settled.
+    """
+    judged, ply = seen.judged, seen.ply
+    later = [
+        Later(partial(settle, found, one, ply, _core.Stop())) if one.report.unsolved else None
+        for found, one in zip(judged.pockets, judged.evaluations, strict=True)
+    ]
+    if not any(later):
+        return given
+
+    def whole() -> Report:
+        with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
+            again = list(pool.map(lambda one, make: make() if make else one, judged.evaluations, later))
+        reports = shared_runs.named([one.report for one in again], judged.pockets, ply)
+        return report(replace(seen, judged=replace(judged, evaluations=again, reports=reports)), {})
+
+    pockets = tuple(
+        one if make is None else UnsettledPocket.of(one, _report_of(make))
+        for one, make in zip(given.pockets, later, strict=True)
+    )
+    return given.changed(pockets=pockets).settled_by(Later(whole))
+
+
+def _report_of(make: Later[Evaluation]) -> Callable[[], PocketReport]:
+    return lambda: make().report

@@ -11,9 +11,8 @@ import pytest
 
 import debulk
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.squares import some_on_ply, squares_of
 from debulk.inspection.rawscan.rounded import made_in
-from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.inspection.rawscan.shared_noise import noise_is_shared, squares_on
 from debulk.inspection.rawscan.vouched import UP, asked_in
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid, outline, ridge_mm
@@ -313,10 +312,10 @@ def test_steps_of_a_real_camera_are_no_patches(name, slant):
         warnings.simplefilter("ignore", debulk.files.CloudWarning)
         scan = np.asarray(debulk.files.load_cloud(path, unit="m"), dtype=np.float32)
     up = (slant, 0.0, float(np.sqrt(1 - slant**2)))
-    squares = squares_of(scan.shape, 1.0, 16.0)
+    squares = squares_on(scan, 1.0, 16.0, _everywhere)
     assert not _wide(scan, 1.0, (UP, up))
-    some, image = some_on_ply(scan, squares, _everywhere), CloudImage(scan, scan, 1.0)
-    assert not any(noise_is_shared(image, squares, some, step) for step in (1, 2, 4))
+    image = CloudImage(scan, scan, 1.0)
+    assert not any(noise_is_shared(image, squares, step) for step in (1, 2, 4))
     assert "rounded to steps" in _parts(scan, 1.0, (UP, up))[1]
 
 

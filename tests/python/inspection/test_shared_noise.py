@@ -9,8 +9,7 @@ import pytest
 import laid_ply
 from debulk import Inspector, Recipe, scenes
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.evidence.squares import some_on_ply, squares_of
-from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.inspection.rawscan.shared_noise import noise_is_shared, squares_on
 from debulk.verdict import Verdict
 from stranger_scenes import bump, cloud, flat, laid
 
@@ -34,9 +33,8 @@ def gaussian(sigma):
 def told(depths, step=1, slope=0.1):
     y, x = np.mgrid[: depths.shape[0], : depths.shape[1]].astype(np.float32)
     scan = np.dstack([x, y, 800 + slope * (x + x**2 / 400) + depths])
-    squares = squares_of(scan.shape, 1.0, 16.0)
-    some = some_on_ply(scan, squares, lambda at: np.ones(len(at), dtype=bool))
-    return noise_is_shared(CloudImage(scan, scan, 1.0), squares, some, step)
+    squares = squares_on(scan, 1.0, 16.0, lambda at: np.ones(len(at), dtype=bool))
+    return noise_is_shared(CloudImage(scan, scan, 1.0), squares, step)
 
 
 @pytest.mark.parametrize(
@@ -91,9 +89,9 @@ def test_a_median_and_rounding_are_let_pass(blur):
 @pytest.mark.parametrize("nothing", [np.nan, np.inf])
 def test_where_nothing_was_seen_nothing_is_told(nothing):
     scan = np.full((500, 700, 3), nothing, np.float32)
-    squares = squares_of(scan.shape, 1.0, 16.0)
-    for index in (np.arange(100), np.empty(0, dtype=np.int64)):
-        assert not noise_is_shared(CloudImage(scan, scan, 1.0), squares, index, 1)
+    squares = np.column_stack([5 * np.arange(100), 7 * np.arange(100)])
+    for some in (squares, squares[:0], squares_on(scan, 1.0, 16.0, lambda at: np.ones(len(at), dtype=bool))):
+        assert not noise_is_shared(CloudImage(scan, scan, 1.0), some, 1)
 
 
 def test_only_points_that_far_apart_matter():

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 import debulk
 from debulk import InputError, Report, Verdict
 from debulk.cli import app
-from debulk.inspection.checks.approval import findings
+from debulk.inspection.checks.pockets import approval as findings
 from debulk.recipe import Recipe
 from debulk.results.approval import approvals, approve
 

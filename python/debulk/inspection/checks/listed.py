@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from debulk.inspection.checks import approval, false_acceptance, fibre_angles, pockets, shared_runs
+from debulk.inspection.checks import fibre_angles, pockets, shared_runs
 from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.clouds import unit
-from debulk.inspection.evidence import squares, two_layers
+from debulk.inspection.evidence import two_layers
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import hidden, humps
 from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
@@ -49,7 +49,7 @@ CHECKS = (
     Check("deadline", pockets.deadline),
     Check("holes", pockets.not_seen, (hidden.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
-    Check("false_acceptance", false_acceptance.findings),
+    Check("false_acceptance", pockets.false_acceptance),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
     Check(
         "wrinkles",
@@ -70,9 +70,9 @@ CHECKS = (
     Check(
         "smoothed",
         lambda seen: seen.filled.smoothed.findings(),
-        (squares.LIMITS, shared_noise.LIMITS, edge_spread.LIMITS),
+        (shared_noise.LIMITS, edge_spread.LIMITS),
     ),
     Check("audit", pockets.audit),
-    Check("approval", lambda seen: approval.findings(seen.approved, seen.ply.recipe)),
+    Check("approval", lambda seen: pockets.approval(seen.approved, seen.ply.recipe)),
 )
 """Every check, in order."""

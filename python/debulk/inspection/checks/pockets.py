@@ -1,10 +1,14 @@
-"""What the pockets, and the parts of the ply that were not seen, say about the layup."""
+"""What the pockets, the parts of the ply that were not seen, and the recipe say about the layup."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.holes import unseen
 from debulk.inspection.lines.by_runs import criteria
+from debulk.recipe import Recipe
+from debulk.results.approval import Approval, recipe_hash
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
 
@@ -71,3 +75,34 @@ def audit(seen: Seen) -> list[Finding]:
 def not_seen(seen: Seen) -> list[Finding]:
     """Return what may lie in the parts of the ply that were not seen."""
     return unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe)
+
+
+def false_acceptance(seen: Seen) -> list[Finding]:
+    """Return UNDECIDED if all pockets are CEASE and their risk is above ``verdict.max_risk``, or not known.
+
+    It is the probability that the layup would be accepted although a ridge exceeds the limit (docs/probability.md).
+    """
+    most = seen.ply.recipe.verdict.max_risk
+    if most is None or any(report.verdict is not Verdict.CEASE for report in seen.judged.reports):
+        return []
+    found = seen.risks
+    if found.layup is not None and found.layup <= most:
+        return []
+    if found.layup is None:
+        unknown = "the probability of a ridge above the limit is not known"
+        return [Finding("false_acceptance", Verdict.UNDECIDED, unknown)]
+    number = max(found.pockets, key=lambda k: found.pockets[k] or 0.0)
+    reason = (
+        f"a ridge exceeds the limit with a probability of {100 * found.layup:.3g} %, allowed are {100 * most:.3g} %; "
+        f"most likely that of pocket {number}, with {100 * (found.pockets[number] or 0.0):.3g} %"
+    )
+    return [Finding("false_acceptance", Verdict.UNDECIDED, reason, found.layup, most, "")]
+
+
+def approval(approved: Sequence[Approval] | None, recipe: Recipe) -> list[Finding]:
+    """Return UNDECIDED for a recipe that is none of the approved ones; nothing if no approval is asked for."""
+    own = recipe_hash(recipe.model_dump())
+    if approved is None or any(one.recipe_sha256 == own for one in approved):
+        return []
+    reason = f"the recipe, SHA-256 {own[:12]}, is none of the {len(approved)} approved: use one, or have it approved"
+    return [Finding("approval", Verdict.UNDECIDED, reason)]

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
+import numpy as np
+
+from debulk.fibre import FibreRuns
+from debulk.forking import kept
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.place.placing import Placed
+from debulk.inspection.ply import excess
 from debulk.inspection.ply.humps import Hump
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan.filled import Filled
 from debulk.inspection.rawscan.lost_places import Lost
 from debulk.inspection.rawscan.narrow import Standing
+from debulk.recipe import options
 from debulk.results.approval import Approval
 from debulk.results.chain import ChainReport
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport
+from debulk.results.runs import ExcessRuns
+from debulk.ridge import excess_of_ridge
+from debulk.risk import Risk, risk
 
 
 @dataclass(frozen=True)
@@ -68,3 +77,24 @@ class Seen:
     """Humps of the reference that look like pockets of the ply before."""
     approved: tuple[Approval, ...] | None = None
     """The recipes that the cell's owner approved; None: no approval is asked for."""
+
+    @kept
+    def runs(self) -> ExcessRuns | None:
+        """All runs of the fibre lines on which a ridge near the limit or above it may stand; a report keeps them."""
+        scanned, recipe = self.found.runs, self.ply.recipe
+        if scanned is None:
+            return None
+        runs = scanned.runs
+        pocket = np.zeros(len(runs), dtype=np.int32)
+        for one in reversed(self.judged.pockets):
+            pocket[one.crossing] = one.number
+        counts_mm = excess_of_ridge(options.counts_from_mm(recipe), recipe.material.thickness_mm)
+        key = runs.family + 2 * runs.line.astype(np.int64)
+        long = np.isin(key, key[excess.most_mm(runs) > counts_mm])
+        columns = {entry.name: getattr(runs, entry.name)[long] for entry in fields(FibreRuns)}
+        return ExcessRuns(**columns, pocket=pocket[long], apart_mm=scanned.largest.spacing_mm)
+
+    @kept
+    def risks(self) -> Risk:
+        """The probability that a ridge exceeds the limit, of each pocket and of the layup."""
+        return risk(self.judged.reports, self.runs, self.ply.recipe)

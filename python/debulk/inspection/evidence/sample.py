@@ -6,16 +6,15 @@ from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from debulk import cloud
-from debulk.arrays import Floats, Whole
+from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.ply.setup import Setup
-from debulk.inspection.reference.prepared import Prepared
 
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
@@ -30,7 +29,7 @@ class Sample:
     """(N,) heights above the reference along z; NaN where the reference was not seen."""
     each: int
     """Number of the scan's points that each of these stands for."""
-    same: NDArray[np.bool_]
+    same: Bools
     """(N,) which of the points are in the reference cloud, bit for bit; all False if that is not known."""
     rounded: bool = False
     """Whether the depths were rounded, so that points of both clouds may be the same by chance."""
@@ -40,7 +39,7 @@ class Sample:
     """Distance from point to point where they lie farthest apart, as between the lines of a line scanner."""
     apart_mm: float = 0.0
     """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
-    inside: WeakKeyDictionary[object, NDArray[np.bool_]] = field(default_factory=WeakKeyDictionary, repr=False)
+    inside: WeakKeyDictionary[object, Bools] = field(default_factory=WeakKeyDictionary, repr=False)
     """Results of `PlyZones.inside`, by the zones, kept because several checks ask for them."""
 
     def overview(self) -> Grid:
@@ -68,39 +67,34 @@ def sampled(scan: ArrayLike, setup: Setup) -> Sample:
     points = points.take(np.flatnonzero(seen), axis=0)  # four times faster than marks that select rows
     refuse_marks(points, "scan")
     rounded = bool(same.any()) and step_of(points[:, 2]) > 0
-    sample = sample_of(points, setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
-    return replace(sample, each=each, same=same, rounded=rounded)
+    return replace(sample_of(points, setup), each=each, same=same, rounded=rounded)
 
 
-def sample_of(
-    points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
-) -> Sample:
+def sample_of(points: Cloud, setup: Setup) -> Sample:
     """Make a sample of (N, 3) points of a scan, all finite, each of which stands for itself alone."""
-    in_mold, below = over_reference(points, prepared, mold_from_scanner, threads)
+    in_mold, below = over_reference(points, setup)
     heights = np.full(len(in_mold), np.nan)
     if len(below):
-        heights[below] = in_mold[below, 2] - prepared.datum.height(in_mold[:, :2].take(below, axis=0))
+        heights[below] = in_mold[below, 2] - setup.prepared.datum.height(in_mold[:, :2].take(below, axis=0))
     return Sample(in_mold, heights, 1, np.zeros(len(in_mold), np.bool_))
 
 
-def over_reference(
-    points: NDArray[np.float32], prepared: Prepared, mold_from_scanner: Floats | None, threads: int
-) -> tuple[Floats, Whole]:
+def over_reference(points: Cloud, setup: Setup) -> tuple[Floats, Whole]:
     """Return (N, 3) points of a scan in the mold's frame, and the numbers of those below which the mold was seen.
 
     Points that were not seen are none of these. Heights above it cost ten times as much.
     """
-    if mold_from_scanner is not None and len(points):
-        points = cloud.transform(points, mold_from_scanner, threads=threads)
+    if setup.mold_from_scanner is not None and len(points):
+        points = cloud.transform(points, setup.mold_from_scanner, threads=setup.recipe.run.threads)
     in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
-    (left, low), (right, high) = prepared.datum.box_mm
+    (left, low), (right, high) = setup.prepared.datum.box_mm
     x, y, z = in_mold.T
     inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high) & np.isfinite(z))
-    known = np.isfinite(prepared.seen.at(np.stack([x[inside], y[inside]], axis=1)))
+    known = np.isfinite(setup.prepared.seen.at(np.stack([x[inside], y[inside]], axis=1)))
     return in_mold, inside[known]
 
 
-def _same(points: NDArray[np.float32], reference: NDArray[np.float32] | None) -> NDArray[np.bool_]:
+def _same(points: Cloud, reference: Cloud | None) -> Bools:
     if reference is None or reference.shape != points.shape:
         return np.zeros(len(points), dtype=np.bool_)
     return complete(points == reference)

@@ -63,7 +63,7 @@ def _in_list_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> flo
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off are in no window
         at = [product(scan, pose[k, :3].astype(np.float32)) + np.float32(pose[k, 3]) for k in (0, 1)]
         near = np.all([np.mod(v, np.float32(_EVERY_MM)) < side for v in at], axis=0) & complete(np.isfinite(scan))
-    sample = sample_of(scan[near], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
+    sample = sample_of(scan[near], setup)
     known = np.isfinite(sample.height_mm)
     xy, height = sample.points_mm[known, :2], sample.height_mm[known]
     _, window = np.unique(np.floor(xy / _EVERY_MM).astype(np.int64), axis=0, return_inverse=True)

@@ -10,16 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core, cloud
 from debulk.arrays import Floats
 from debulk.inspection.clouds.cleaning import masked
+from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.flying import without_flying
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
-from debulk.inspection.find.masked_holes import is_masked
 from debulk.inspection.ply.hidden import harmless_mm2
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.running.cycle import in_parallel
+from debulk.pocket import UnseenHole
 from debulk.recipe import options
 
 _FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
+_STEP_MM = 2.0  # between the places in a hole that are looked up in the mask
+_LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missing in addition to the masked ones
 
 
 class WholeScanFinder:
@@ -54,7 +57,7 @@ class WholeScanFinder:
         search = in_parallel(stop, lambda: front.pockets(wanted, feet, stop), self._recipe.run.threads)
         with search as found:  # its steps leave cores idle
             overview, unseen = front.overview(listed)
-            holes = tuple((hole, is_masked(hole, self._setup)) for hole in unseen.holes)
+            holes = tuple((hole, _is_masked(hole, self._setup)) for hole in unseen.holes)
             if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
                 return Found(None, unseen, holes, overview, times_ms, doubt=self._why_so_little(points, stop))
             part = found()
@@ -84,3 +87,25 @@ class WholeScanFinder:
         lowest, highest = self._setup.prepared.reference.box_mm
         beside = (low >= highest).any() or (high <= lowest).any()
         return None if beside else np.stack([low, high])
+
+
+def _is_masked(hole: UnseenHole, setup: Setup) -> bool:
+    """Return whether the mask hides most of a hole: under a clamp another scan would not show a pocket, either.
+
+    Without a camera, which relates mask and mold, it is not known.
+    """
+    image, mask, reference, pose = setup.prepared.image, setup.mask, setup.prepared.reference, setup.pose
+    if image is None or mask is None or mask.shape != image.shape:
+        return False
+    low, high = reference.box_mm
+    begin, end = np.maximum(hole.box[0], low), np.minimum(hole.box[1], high)
+    if (begin >= end).any():
+        return False
+    x, y = np.meshgrid(*(np.arange(b + 0.5 * _STEP_MM, e, _STEP_MM) for b, e in zip(begin, end, strict=True)))
+    xy = np.column_stack([x.ravel(), y.ravel()])
+    points = product(np.column_stack([xy, reference.height(xy)]) - pose[:3, 3], pose[:3, :3])
+    column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx)
+    row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy)
+    inside = (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)
+    hidden = np.count_nonzero(mask[row[inside].astype(int), column[inside].astype(int)]) * _STEP_MM**2
+    return bool(hidden >= _LEAST_SHARE * hole.area)

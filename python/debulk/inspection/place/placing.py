@@ -19,9 +19,8 @@ from debulk.inspection.evidence.sample import Sample, sampled
 from debulk.inspection.evidence.two_layers import layers_apart_mm, layers_reason
 from debulk.inspection.find.found import Found
 from debulk.inspection.place import plateaus, ply_edge
-from debulk.inspection.place.few_squares import few_squares_reason
 from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
-from debulk.inspection.place.level_reason import level_reason, same_reason, stale_reason
+from debulk.inspection.place.level_reason import few_squares_reason, level_reason, same_reason, stale_reason
 from debulk.inspection.place.steep import too_steep
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.reference import frame
@@ -190,8 +189,7 @@ class Placing:
         blocks = self._blocks(sample, on, outlines)
         if len(blocks.height_mm) < LIMITS.least_squares:
             outlined = self.outline is not None
-            share = blocks.ply_share
-            reason = few_squares_reason(zones, sample, on, least=LIMITS.least_squares, share=share, outlined=outlined)
+            reason = few_squares_reason(zones, sample, on, share=blocks.ply_share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, self._thickness_mm, self._least_mm)
         level = level_of(found, blocks, self._thickness_mm, self._tol_mm)

@@ -109,7 +109,7 @@ class EdgeSpread:
             return np.empty(0), np.empty(0, dtype=bool)
         points, seen = points[whole], seen[whole]
         setup = self._setup
-        sample = sample_of(points[seen], setup.prepared, setup.mold_from_scanner, setup.recipe.run.threads)
+        sample = sample_of(points[seen], setup)
         height, at = np.full(seen.shape, np.nan), np.full((*seen.shape, 2), np.nan)
         height[seen], at[seen] = sample.height_mm, sample.points_mm[:, :2]
         size = np.fmax.reduce(at, axis=1) - np.fmin.reduce(at, axis=1)

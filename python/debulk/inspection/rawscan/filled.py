@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.thinning import window_of
@@ -13,9 +12,9 @@ from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_ou
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, over_reference
-from debulk.inspection.evidence.squares import SIDE, some_on_ply, squares_of
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.rounded import made_in
+from debulk.inspection.rawscan.shared_noise import MIDDLE
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
 from debulk.inspection.rawscan.vouched import UP, Axes, Made, asked_in
 from debulk.recipe import options
@@ -62,10 +61,10 @@ class FilledSearch:
         self._setup, self._zones, self._threads = setup, zones, setup.recipe.run.threads
         up = tuple(setup.pose[2, :3].tolist())  # along it heights may have been clipped, not along the scanner's z
         self._axes: Axes = (UP, up) if np.hypot(*up[:2]) > LIMITS.level else (UP,)
-        self._smoothed = SmoothedSearch(setup, outline)
+        self.smoothed = SmoothedSearch(setup, outline)
         self._least_mm2 = options.looked_for_mm2(setup.recipe)
 
-    def image_of(self, scan: NDArray[np.float32], sample: Sample) -> CloudImage | None:
+    def image_of(self, scan: Cloud, sample: Sample) -> CloudImage | None:
         """Return a scan as an image, given a sample of its points; None: too few of a list lie on the ply."""
         if scan.ndim == 3:
             return CloudImage(scan, scan, sample.pitch_mm)
@@ -75,45 +74,33 @@ class FilledSearch:
         prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
         return laid_out(scan, pose, prepared.reference, box_mm, sample.pitch_mm, self._threads)
 
-    def find(self, image: CloudImage | None, mask: NDArray[np.bool_] | None) -> Filled:
+    def find(self, image: CloudImage | None, mask: Bools | None) -> Filled:
         """Search a scan's image; pixels at which the (H, W) mask of its own image is True are not used."""
         if image is None:
             return Filled(unknown="too few points lie on the ply to lay them out as an image")
-        wide_mm = 2 * float(np.sqrt(self._least_mm2 / np.pi))
-        on_ply, mask = (self._laid_on_ply, None) if image.laid else (self.on_ply, mask)
-        squares = squares_of(image.points.shape, image.pitch_mm, wide_mm)
-        if squares is None:
-            return Filled(unknown=f"the scan's image has not {SIDE} rows and columns")
+        if min(image.points.shape[:2]) < 2 * MIDDLE or not np.isfinite(image.pitch_mm):
+            return Filled(unknown=f"the scan's image has not {2 * MIDDLE} rows and columns")
+        wide_mm, laid = 2 * float(np.sqrt(self._least_mm2 / np.pi)), image.laid
+        mask = None if laid else mask
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            some = some_on_ply(image.heights, squares, on_ply)
-            smoothed = self._smoothed.find(image, squares, some, mask)
+            smoothed = self.smoothed.find(image, lambda points: self._lie(points, laid=laid)[1], wide_mm, mask)
             made, unknown = ((), "") if smoothed.shared_mm else self._not_vouched(image, mask)
         seen_mm = LIMITS.seen_pixels * image.pitch_mm
         if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         return Filled(made, unknown, smoothed)
 
-    def at(self, edge: Outline, found: Filled, image: CloudImage, mask: NDArray[np.bool_] | None) -> Filled:
+    def at(self, edge: Outline, found: Filled, image: CloudImage, mask: Bools | None) -> Filled:
         """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
-        smoothed = self._smoothed.at(edge, found.smoothed, image, None if image.laid else mask)
+        smoothed = self.smoothed.at(edge, found.smoothed, image, None if image.laid else mask)
         # In a scan that was smoothed everywhere, points repeat and lack noise here and there by chance.
         return replace(found, made=() if smoothed.findings() else found.made, smoothed=smoothed)
 
-    def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
-        """Return by how much a scan spreads the ply's edge; see `EdgeSpread.least_mm`."""
-        return self._smoothed.edge_mm(scan, mask)
-
-    def on_ply(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    def on_ply(self, points: Cloud) -> Bools:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._lie(points)[1]
 
-    def _laid_on_ply(self, heights: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Return which of (N, 3) places of an image of heights lie on the ply; their z is above the reference."""
-        on: NDArray[np.bool_] = np.isfinite(heights[:, 2])
-        on[on] = self._zones.hold(heights[on, :2].astype(np.float64))
-        return on
-
-    def _not_vouched(self, image: CloudImage, mask: NDArray[np.bool_] | None) -> tuple[tuple[Made, ...], str]:
+    def _not_vouched(self, image: CloudImage, mask: Bools | None) -> tuple[tuple[Made, ...], str]:
         axes = (UP,) if image.laid else self._axes
         if not image.laid:  # a scan often shows much more than the ply
             window = window_of(image.points, self._near_ply)
@@ -121,19 +108,24 @@ class FilledSearch:
             image = CloudImage(part, part, image.pitch_mm)
         asked = asked_in(image, mask, axes, self._threads)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
-        xy_mm, on_ply = (places[:, :2], self._laid_on_ply(places)) if image.laid else self._lie(places)
-        xy_mm = xy_mm.astype(np.float32).reshape(*shape, 2)
-        return made_in(image, asked, xy_mm, on_ply.reshape(shape), axes)
+        xy_mm, on_ply = self._lie(places, laid=image.laid)
+        at_mm = xy_mm.astype(np.float32).reshape(*shape, 2)
+        return made_in(image, asked, at_mm, on_ply.reshape(shape), axes)
 
     def _near_ply(self, points: Cloud) -> Bools:
         low, high = self._zones.box_mm
         xy = self._lie(points)[0]
         return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
 
-    def _lie(self, points: Cloud) -> tuple[Floats, Bools]:
-        """Return (N, 2) mold XY of points of a scan, and which were seen on the ply, well inside its outline."""
-        setup = self._setup
-        in_mold, below = over_reference(points, setup.prepared, setup.mold_from_scanner, self._threads)
+    def _lie(self, points: Cloud, *, laid: bool = False) -> tuple[Floats, Bools]:
+        """Return (N, 2) mold XY of points of a scan, and which were seen on the ply, well inside its outline.
+
+        The points of a list that was laid out are in mold XY already, and their z is above the reference.
+        """
+        if laid:
+            in_mold, below = points.astype(np.float64), np.flatnonzero(np.isfinite(points[:, 2]))
+        else:
+            in_mold, below = over_reference(points, self._setup)
         on: Bools = np.zeros(len(points), np.bool_)
         on[below] = self._zones.hold(in_mold[:, :2].take(below, axis=0))
         return in_mold[:, :2], on

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk.arrays import Floats
+from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import CloudImage, step_of
-from debulk.inspection.evidence.squares import Squares
 
 
 @dataclass(frozen=True)
 class Limits:
     """Of noise that neighbours share; bench/trust/smoothing.py smooths scans by all filters of such software."""
 
+    across: float = 3.0  # squares that begin within the width of the smallest pocket that is looked for
+    most_on_ply: int = 1000  # spread over the image
     side: int = 16  # points along the side of a square
     degree: int = 5  # of the polynomial that removes the ply's shape from a square
     most_squares: int = 100  # looked at
@@ -35,11 +37,27 @@ class Limits:
 
 
 LIMITS = Limits()
+MIDDLE = 6  # rows and columns from a square's first pixel to that which shows whether it lies on the ply
 _TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
-def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64], step: int) -> bool | None:
+def squares_on(scan: Cloud, pitch_mm: float, wide_mm: float, on_ply: Callable[[Cloud], Bools]) -> Whole:
+    """Return rows and columns (N, 2) of the first pixels of at most a thousand squares on the ply in an image.
+
+    They are spread over the image (H, W, 3) so that a place of this width holds some, and may overlap. `on_ply` says
+    which of (N, 3) points, all finite, lie on the ply.
+    """
+    step = int(np.clip(wide_mm / (LIMITS.across * pitch_mm), 4, 4 * MIDDLE))
+    rows, columns = ((size - 2 * MIDDLE) // step + 1 for size in scan.shape[:2])
+    index = np.arange(0, rows * columns, -(-rows * columns // LIMITS.most_on_ply), dtype=np.int64)
+    first = step * np.column_stack(np.divmod(index, columns))
+    middles = scan[tuple((first + MIDDLE).T)]
+    seen = complete(np.isfinite(middles))
+    return first[seen][on_ply(middles[seen])] if seen.any() else first[:0]
+
+
+def noise_is_shared(image: CloudImage, squares: Whole, step: int) -> bool | None:
     """Return whether points `step` pixels apart, or twice that, have no white noise, which each point has for itself.
 
     None: nearly no square shows any noise. False, too, where there are too few squares. Noise that was smoothed varies
@@ -47,14 +65,13 @@ def noise_is_shared(image: CloudImage, squares: Squares, index: NDArray[np.int64
     too small compared with its scatter. A scanner's own noise, even if correlated, has a white part. So has noise after
     a median filter, but not everywhere: patches of such a scan have none, as if they had been filled in.
 
-    The numbers `index`, counted row by row, are those of squares on the ply.
+    `squares` (N, 2) are rows and columns of the first pixels of squares on the ply.
     """
-    some = index[
-        (_TURN * len(index) * np.arange(min(LIMITS.most_squares, len(index)))).astype(np.int64) % max(1, len(index))
-    ]
-    given = _depths(image.points, squares, some, step)
+    count = len(squares)
+    some = squares[(_TURN * count * np.arange(min(LIMITS.most_squares, count))).astype(np.int64) % max(1, count)]
+    given = _depths(image.points, some, step)
     rounded_mm = step_of(given[np.isfinite(given)].astype(np.float32))
-    near, far = (_depths(image.heights, squares, some, apart) for apart in (step, 2 * step))
+    near, far = (_depths(image.heights, some, apart) for apart in (step, 2 * step))
     return True if (own := _is_shared(near, rounded_mm)) else _is_shared(far, rounded_mm) or own
 
 
@@ -66,11 +83,10 @@ def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
     return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
 
-def _depths(scan: NDArray[np.float32], squares: Squares, index: NDArray[np.int64], step: int) -> Floats:
+def _depths(scan: Cloud, squares: Whole, step: int) -> Floats:
     """Return the (N, 16, 16) depths of the squares that lie in the image."""
-    wide = len(squares.columns)
     reach = step * np.arange(LIMITS.side)
-    rows, columns = squares.rows[index // wide], squares.columns[index % wide]
+    rows, columns = squares.T
     fits = (rows + reach[-1] < scan.shape[0]) & (columns + reach[-1] < scan.shape[1])
     at = (rows[fits, None] + reach)[:, :, None], (columns[fits, None] + reach)[:, None, :]
     depths = scan[(*at, 2)].astype(np.float64)
@@ -103,7 +119,7 @@ def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
     return np.asarray(of_white[tells] / scatter[tells]), int(np.count_nonzero(usable & ~noisy))
 
 
-def _rest(flat: Floats, seen: NDArray[np.bool_]) -> Floats:
+def _rest(flat: Floats, seen: Bools) -> Floats:
     """Return the residuals of each row about a polynomial fitted to its points that were seen; 0 for other points."""
     shape, products = _polynomials()
     level = np.sum(flat, axis=1, keepdims=True) / np.sum(seen, axis=1, keepdims=True)

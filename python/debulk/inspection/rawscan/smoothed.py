@@ -5,19 +5,18 @@ A scan that shows neither noise nor an edge may have been, unless anything else 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from debulk.arrays import Floats
+from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
-from debulk.inspection.evidence.squares import Squares
 from debulk.inspection.ply.setup import Setup
 from debulk.inspection.rawscan.edge_spread import LIMITS, EdgeSpread
-from debulk.inspection.rawscan.shared_noise import noise_is_shared
+from debulk.inspection.rawscan.shared_noise import noise_is_shared, squares_on
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
@@ -81,21 +80,20 @@ class SmoothedSearch:
         self._edge = None if outline is None else EdgeSpread(setup, outline)
         self._fine_mm = setup.recipe.clean.fine_mm
 
-    def find(
-        self, image: CloudImage, squares: Squares, some: NDArray[np.int64], mask: NDArray[np.bool_] | None
-    ) -> Smoothed:
-        """Look for smoothing in an image, at the squares `some` on the ply and at the ply's edge.
+    def find(self, image: CloudImage, on_ply: Callable[[Cloud], Bools], wide_mm: float, mask: Bools | None) -> Smoothed:
+        """Look for smoothing in an image, on the ply where a place so wide shows it, and at the ply's edge.
 
-        The (H, W) mask is True where a pixel is not to be used.
+        The (H, W) mask is True where a pixel is not to be used. `on_ply` says which points lie on the ply.
         """
         step = max(1, round(self._fine_mm / image.pitch_mm))
-        if shared := noise_is_shared(image, squares, some, step):
+        squares = squares_on(image.heights, image.pitch_mm, wide_mm, on_ply)
+        if shared := noise_is_shared(image, squares, step):
             return Smoothed(shared_mm=step * image.pitch_mm)
         spread_mm = self.edge_mm(image.points, mask)
         blunt = shared is None and bool(np.isnan(spread_mm)) and _blunt(image, step)
         return self._by_edge(spread_mm, image.pitch_mm, blunt=blunt)
 
-    def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: NDArray[np.bool_] | None) -> Smoothed:
+    def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: Bools | None) -> Smoothed:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
         if found.shared_mm or not np.isnan(found.edge_mm):
             return found
@@ -106,7 +104,7 @@ class SmoothedSearch:
         allowed_mm = LIMITS.allowed * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm, blunt=blunt)
 
-    def edge_mm(self, scan: NDArray[np.float32], mask: NDArray[np.bool_] | None) -> float:
+    def edge_mm(self, scan: Cloud, mask: Bools | None) -> float:
         """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
         if self._edge is None or scan.ndim != 3:
             return float("nan")
