@@ -20,7 +20,10 @@ Paths = Literal["geodesic", "vertical_plane", "least_shear"]
 
 _DEFAULTS = _core.net.FibreNetOptions()  # each default is defined only in cpp/debulk/net/fibre_net.hpp
 
-__all__ = ["Drape", "Draping", "Net", "drape", "fibre_net", "surface_area"]
+FREE = 2
+"""Kind of a boundary node at the ply's edge, which can slip."""
+
+__all__ = ["FREE", "Drape", "Draping", "Net", "drape", "fibre_net", "surface_area"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class Net:
     """(N, 4) int32, numbers of the neighbours e, w (along the first fibre) and n, s (along the second); -1 means
     none."""
     kinds: NDArray[np.int8]
-    """(N,) int8: 0 inner, 1 fixed boundary, 2 free boundary."""
+    """(N,) int8: 0 inner, 1 fixed boundary, 2 free boundary (`FREE`)."""
     edges: Integers
     """(M, 2) int32, the segments: pairs of nodes one spacing apart."""
     inside: NDArray[np.bool_]

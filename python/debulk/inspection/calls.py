@@ -96,7 +96,5 @@ def compare(
     True
     """
     if recipe is None and report.recipe:
-        from debulk.recipe import Recipe
-
         recipe = Recipe(**report.recipe)
     return Inspector(recipe, reference, mold_from_scanner=mold_from_scanner, mask=mask).compare(report, debulked_scan)

@@ -16,7 +16,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.placing import Placing
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
@@ -87,7 +87,7 @@ def of_another_scan(
     """
     before = report.trace.scan if report.trace else None
     known = before.fingerprint if before else None
-    wanted = kind if known is None else _HASHES[known[0]]
+    wanted = (before and before.kind) or kind
     made = fingerprint.of_cloud(scan, stop, "debulked_scan", wanted) if wanted else ArrayTrace(shape=np.shape(scan))
     if known is not None and made.fingerprint == known:
         raise InputError(
@@ -95,9 +95,6 @@ def of_another_scan(
             f"({known[0]} {known[1][:16]}...)"
         )
     return made
-
-
-_HASHES: dict[str, fingerprint.Hash] = {"SHA-256": "sha256", "XXH3": "xxh3"}
 
 
 def consolidated(setup: Setup) -> Setup:

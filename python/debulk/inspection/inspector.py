@@ -38,8 +38,7 @@ from debulk.inspection.ply import inputs
 from debulk.inspection.ply.angle_field import nominal_on
 from debulk.inspection.ply.fibre_angles import Angles, checked_angles, laid
 from debulk.inspection.ply.humps import Hump, humps_of, named
-from debulk.inspection.ply.ply_on_mold import PlyOnMold
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import PlyOnMold, Setup
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
@@ -158,11 +157,7 @@ class Inspector:
         chain: Chain | None = None,
         approved: str | PathLike[str] | None = None,
     ) -> None:
-        if recipe is None:
-            from debulk.recipe import Recipe
-
-            recipe = Recipe()
-        self.recipe = recipe
+        self.recipe = recipe = recipe or Recipe()
         self.ply_outline = inputs.outline(ply_outline)
         angles = checked_angles(fibre_angles_deg)
         nominal = None if nominal_angles_deg is None else checked_angles(nominal_angles_deg, "nominal_angles_deg")
@@ -268,8 +263,6 @@ class Inspector:
         InputError
             If the file is not such a file, or was cut off, or the recipe's section ``clean`` differs.
         """
-        from debulk.recipe import Recipe
-
         path = Path(path)
         given = inspector_file.read(path)
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from debulk.inspection.find.found import Found
+from debulk.inspection.find.found import Found, pocket_names
 from debulk.inspection.holes import unseen
 from debulk.results.report import LeftOut, PocketReport
 
@@ -22,8 +22,7 @@ def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
     """Name what the deadline cut off, from pairs of a pocket's number and what it is missing; one entry per kind."""
     entries = []
     for what in dict.fromkeys(lack for _, lack in cut):
-        numbers = [str(number) for number, lack in cut if lack == what]
-        whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+        whose = pocket_names(number for number, lack in cut if lack == what)
         why, bound = "the deadline passed", "none: what becomes of it is not known"
         entries.append(LeftOut(what=f"{what} of {whose}", why=why, bound=bound))
     return tuple(entries)
@@ -31,10 +30,9 @@ def of_late(cut: Sequence[tuple[int, str]]) -> tuple[LeftOut, ...]:
 
 def of_unsolved(pockets: Sequence[PocketReport]) -> tuple[LeftOut, ...]:
     """Name the pockets without net and minimum, because their excess length decides."""
-    numbers = [str(pocket.id) for pocket in pockets if pocket.unsolved]
-    whose = f"pocket{'s' * (len(numbers) > 1)} {', '.join(numbers)}"
+    numbers = [pocket.id for pocket in pockets if pocket.unsolved]
     entry = LeftOut(
-        what=f"net, minimum, picture and the paper's figures of {whose}",
+        what=f"net, minimum, picture and the paper's figures of {pocket_names(numbers)}",
         why='solve.when is "needed", and the excess length decides',
         bound="no minimum changes the excess length; in a pocket that ceases no fibre is, as a whole, so short that it "
         "could bridge up to the limit",
@@ -67,11 +65,3 @@ def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
             )
         )
     return (*entries, *unseen.left_out(found), *found.left_out)
-
-
-def merged(entries: tuple[LeftOut, ...]) -> tuple[LeftOut, ...]:
-    """Return the entries without repetitions, as several pockets may have the same one."""
-    seen: dict[tuple[str, str, str], LeftOut] = {}
-    for entry in entries:
-        seen.setdefault((entry.what, entry.why, entry.bound), entry)
-    return tuple(seen.values())

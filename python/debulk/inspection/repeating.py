@@ -96,11 +96,8 @@ def repeat(
     place = FarPlace.of(reference, trace.mold_from_scanner, trace.camera)
     near_scan, near_reference = place.near(scan, "scan"), place.near(reference, "reference")
     found = {
-        "scan": (fingerprint.of_cloud(near_scan, name="scan", kind=_hash_of(trace.scan)), trace.scan),
-        "reference": (
-            fingerprint.of_cloud(near_reference, name="reference", kind=_hash_of(trace.reference)),
-            trace.reference,
-        ),
+        "scan": (_of_kind(near_scan, "scan", trace.scan), trace.scan),
+        "reference": (_of_kind(near_reference, "reference", trace.reference), trace.reference),
         "mask": (None if hidden is None else fingerprint.of_mask(hidden), trace.mask),
     }
     for name, (given, kept) in found.items():
@@ -151,9 +148,9 @@ def _check_same(name: str, given: ArrayTrace | None, kept: ArrayTrace | None) ->
         )
 
 
-def _hash_of(kept: ArrayTrace | None) -> fingerprint.Hash:
-    """Return the fingerprint that a report has of an array."""
-    return "xxh3" if kept is not None and kept.xxh3 and not kept.sha256 else "sha256"
+def _of_kind(points: Any, name: str, kept: ArrayTrace | None) -> ArrayTrace:
+    """Return a cloud's fingerprint of the kind that a report has."""
+    return fingerprint.of_cloud(points, name=name, kind=(kept and kept.kind) or "sha256")
 
 
 def _differences(first: Any, again: Any, name: str = "") -> Iterator[str]:

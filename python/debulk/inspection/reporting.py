@@ -58,7 +58,7 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         findings=findings,
         pockets=pockets,
         timings_ms=timings_ms,
-        left_out=left_out.merged(entries),
+        left_out=tuple(dict.fromkeys(entries)),  # several pockets may have the same one
         coverage=found.unseen.coverage,
         unseen=unseen.holes(found, judged.reports, ply.recipe),
         wrinkles=tuple(one.wrinkle for one in seen.lost if one.place.is_wrinkle),

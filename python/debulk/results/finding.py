@@ -44,3 +44,9 @@ class Finding:
         """What to do about it: its own remedy, or that of its check."""
         text = text_of(self.check)
         return self.remedy or (text.remedy if text else "scan again")
+
+
+def unexpected(error: Exception) -> str:
+    """Name an error that nobody foresaw, on one line, and ask for a report of it."""
+    what = " ".join(str(error).split())
+    return f"{type(error).__name__}{': ' if what else ''}{what}; please report it"

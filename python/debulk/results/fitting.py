@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from debulk._core import InputError
+from debulk.net import FREE
 from debulk.results.advice import hole_line, is_off, level_line, wrinkle_line
 from debulk.results.bridge_section import BridgeSection
 from debulk.results.compose import compose
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from debulk.recipe import Recipe
     from debulk.results.report import ExcessReport, PocketReport, ReportData
 
-_FREE = 2  # kind of a boundary node that can slip
 _REMEDY = "was the file edited? Inspect the scan again"
 
 
@@ -131,7 +131,7 @@ def _cannot_bridge(pocket: PocketReport, excess: ExcessReport, recipe: Recipe) -
 
 def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
     """Tell whether friction at the ply's edge plays a part in a pocket that ceases."""
-    free = pocket.net is not None and bool((pocket.net.kinds == _FREE).any())
+    free = pocket.net is not None and bool((pocket.net.kinds == FREE).any())
     by_minima = pocket.decided_by != "excess" and recipe.verdict.criterion == "excess"
     return free and by_minima and recipe.material.friction > 0
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +29,15 @@ class ArrayTrace:
     has forged to have the same hash. None: not computed."""
 
     @property
+    def kind(self) -> Literal["sha256", "xxh3"] | None:
+        """Which hash was computed; None if none was."""
+        return "sha256" if self.sha256 else "xxh3" if self.xxh3 else None
+
+    @property
     def fingerprint(self) -> tuple[str, str] | None:
         """Name and value of the hash; None if none was computed."""
-        if self.sha256:
-            return "SHA-256", self.sha256
-        return ("XXH3", self.xxh3) if self.xxh3 else None
+        kind = self.kind
+        return None if kind is None else ("SHA-256" if kind == "sha256" else "XXH3", getattr(self, kind))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

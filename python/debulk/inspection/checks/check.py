@@ -9,7 +9,7 @@ from typing import Any
 
 from debulk import _core
 from debulk.inspection.checks.seen import Seen
-from debulk.results.finding import Finding
+from debulk.results.finding import Finding, unexpected
 from debulk.verdict import Verdict
 
 log = logging.getLogger("debulk")
@@ -38,7 +38,5 @@ def findings_of(checks: Sequence[Check], seen: Seen) -> tuple[Finding, ...]:
             out.append(Finding("deadline", Verdict.UNDECIDED, reason))
         except Exception as error:
             log.exception("the check %s failed", check.name)
-            what = " ".join(str(error).split())
-            said = f"{type(error).__name__}{': ' if what else ''}{what}; please report it"
-            out.append(Finding(check.name, Verdict.INVALID, f"the check {check.name} failed: {said}"))
+            out.append(Finding(check.name, Verdict.INVALID, f"the check {check.name} failed: {unexpected(error)}"))
     return tuple(out)

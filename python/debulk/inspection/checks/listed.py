@@ -12,6 +12,7 @@ from debulk.inspection.checks.check import Check
 from debulk.inspection.checks.seen import Seen
 from debulk.inspection.clouds import unit
 from debulk.inspection.evidence import two_layers
+from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import hidden, humps
 from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
@@ -27,6 +28,12 @@ def _of_place(name: str) -> Callable[[Seen], list[Finding]]:
         return [finding] if finding is not None and finding.check == name and pockets.counts(seen) else []
 
     return look
+
+
+def _of_lost(seen: Seen, *, wrinkles: bool) -> list[Finding]:
+    """Return the findings on the wrinkles, or else the bumps, that the height map has lost."""
+    limit_mm = seen.ply.recipe.verdict.max_ridge_mm
+    return [one.finding(limit_mm) for one in seen.lost if one.place.is_wrinkle is wrinkles]
 
 
 CHECKS = (
@@ -47,20 +54,12 @@ CHECKS = (
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", pockets.deadline),
-    Check("holes", pockets.not_seen, (hidden.LIMITS,)),
+    Check("holes", lambda seen: unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe), (hidden.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", pockets.false_acceptance),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
-    Check(
-        "wrinkles",
-        lambda seen: lost_places.wrinkle_findings(seen.lost, seen.ply.recipe.verdict.max_ridge_mm),
-        (narrow.LIMITS,),
-    ),
-    Check(
-        "narrow_bumps",
-        lambda seen: lost_places.bump_findings(seen.lost, seen.ply.recipe.verdict.max_ridge_mm),
-        (lost_places.LIMITS,),
-    ),
+    Check("wrinkles", lambda seen: _of_lost(seen, wrinkles=True), (narrow.LIMITS,)),
+    Check("narrow_bumps", lambda seen: _of_lost(seen, wrinkles=False), (lost_places.LIMITS,)),
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
     Check(
         "filled",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.holes import unseen
 from debulk.inspection.lines.by_runs import criteria
 from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
@@ -70,11 +69,6 @@ def audit(seen: Seen) -> list[Finding]:
     """Name the pockets whose net contradicts the fibre lines by which they pass."""
     turned = [(one.report.id, one.turned) for one in seen.judged.evaluations if one.turned]
     return [Finding("audit", Verdict.UNDECIDED, why, pocket=number) for number, why in turned]
-
-
-def not_seen(seen: Seen) -> list[Finding]:
-    """Return what may lie in the parts of the ply that were not seen."""
-    return unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe)
 
 
 def false_acceptance(seen: Seen) -> list[Finding]:

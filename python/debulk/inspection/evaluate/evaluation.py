@@ -8,7 +8,7 @@ from dataclasses import replace
 from debulk import _core, ridge, solve, verdict
 from debulk.inspection.evaluate import both_ways
 from debulk.inspection.evaluate.evaluated import Evaluation, not_evaluated, seen_of
-from debulk.inspection.find.found import FoundPocket
+from debulk.inspection.find.found import FoundPocket, pocket_names
 from debulk.inspection.holes import pocket_holes
 from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.lines.by_runs import ByRuns, by_runs, surely_held
@@ -17,6 +17,7 @@ from debulk.inspection.minima.figures import debulked_figures, left_out_of, net_
 from debulk.inspection.minima.laid_pocket import LaidPocket, lay_pocket
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import Stopwatch
+from debulk.results.finding import unexpected
 from debulk.results.half_seen import or_undecided
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.ridge import RidgeGeometry
@@ -49,9 +50,7 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation
         return _late(found, seen)
     except Exception as error:
         log.exception("pocket %d could not be evaluated", found.number)
-        what = " ".join(str(error).split())
-        refused = f"an unexpected error, {type(error).__name__}{': ' if what else ''}{what}; please report it"
-        return not_evaluated(seen, verdict.judge(certified=False, refused=refused))
+        return not_evaluated(seen, verdict.judge(certified=False, refused=f"an unexpected error, {unexpected(error)}"))
 
 
 def _evaluate(found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
@@ -185,6 +184,5 @@ def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judge
     """Name the pockets that are judged with this one."""
     if not found.joined:
         return judged
-    names = ", ".join(str(number) for number in found.joined)
-    others = f"pocket{'s' * (len(found.joined) > 1)} {names}"
+    others = pocket_names(found.joined)
     return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")

@@ -14,7 +14,7 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.evidence.cloud_image import step_of
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 
 _FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 

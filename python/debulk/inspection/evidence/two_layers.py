@@ -21,8 +21,7 @@ from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, Setup
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,8 @@ def _reached(
     while True:
         missing = np.isnan(heights.values[rows, columns])
         if thick_mm:
-            missing |= _within(thick_mm, heights, rows, columns) & _bridged(found, rows, columns)
+            bridged: Bools = found.segmentation._core.bridged.view(np.bool_)
+            missing |= _within(thick_mm, heights, rows, columns) & bridged[rows, columns]
         labels = feet[rows, columns]
         unknown = _flood(_on_ply(missing, heights, rows, columns, ply), labels == found.foot.label, steps)
         beside = set(np.unique(labels[grown(unknown)]).tolist())
@@ -107,11 +108,6 @@ def _reached(
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider
-
-
-def _bridged(found: FoundPocket, rows: slice, columns: slice) -> Bools:
-    bridged: Bools = found.segmentation._core.bridged.view(np.bool_)
-    return bridged[rows, columns]
 
 
 def _within(boxes_mm: Sequence[Floats], heights: Grid, rows: slice, columns: slice) -> Bools:

@@ -25,7 +25,6 @@ Criterion = Literal["excess", "paper"]
 # Statuses of a solve which mean that the pocket itself cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "too_stiff")
 _FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
-_FREE = 2  # kind of a node at the ply's edge
 _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
 _LAY_DOWN = "lay it down there and scan again"
 
@@ -139,7 +138,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
     if inside < _FEWEST_INSIDE:
         what = f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline"
         return Reason(f"{what}: {round_it}", _LAY_DOWN)
-    if ply.outline is None or not (laid.kinds == _FREE).any():
+    if ply.outline is None or not (laid.kinds == net.FREE).any():
         return None
     # Friction holds the ply after a slip of about 20 mm (docs/model.md, section 6), so an edge farther off releases
     # nothing.

@@ -22,7 +22,7 @@ from debulk.inspection.place import plateaus, ply_edge
 from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
 from debulk.inspection.place.level_reason import few_squares_reason, level_reason, same_reason, stale_reason
 from debulk.inspection.place.steep import too_steep
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.reference import frame
 from debulk.inspection.reference.resolution import coarse_reason
 from debulk.recipe import options

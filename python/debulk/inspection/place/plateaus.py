@@ -18,7 +18,7 @@ from debulk.grid import Grid
 from debulk.inspection.evidence.outline import PAST_MIDDLE
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.evidence.ply_zones import PlyZones
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.running.cycle import heed
 from debulk.recipe import options
 from debulk.results.area import in_cm2

@@ -14,7 +14,7 @@ import numpy as np
 
 from debulk import pocket
 from debulk.arrays import Floats
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict

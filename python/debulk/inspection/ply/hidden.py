@@ -19,8 +19,7 @@ class Limits:
 
 
 LIMITS = Limits()
-_STEEPEST = math.tan(math.radians(LIMITS.steepest_deg))
-_PER_MM = _STEEPEST**2 / 4  # half the mean of the squared slopes of such a bell
+_PER_MM = math.tan(math.radians(LIMITS.steepest_deg)) ** 2 / 4  # half the mean of the squared slopes of such a bell
 
 
 def hidden_mm(wide_mm: float) -> float:
@@ -28,16 +27,7 @@ def hidden_mm(wide_mm: float) -> float:
     return _PER_MM * wide_mm
 
 
-def steepest_bell_mm(wide_mm: float) -> float:
-    """Return the height of the steepest bell, a squared cosine so wide at its foot."""
-    return _STEEPEST * wide_mm / math.pi
-
-
-def harmless_mm(recipe: Recipe) -> float:
-    """Return the width of the widest place that hides no ridge above the limit."""
-    return excess_of_ridge(recipe.verdict.max_ridge_mm, recipe.material.thickness_mm) / _PER_MM
-
-
 def harmless_mm2(recipe: Recipe) -> float:
     """Return the area of the largest round place that hides no ridge above the limit."""
-    return math.pi / 4 * harmless_mm(recipe) ** 2
+    wide_mm = excess_of_ridge(recipe.verdict.max_ridge_mm, recipe.material.thickness_mm) / _PER_MM
+    return math.pi / 4 * wide_mm**2

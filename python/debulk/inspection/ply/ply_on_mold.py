@@ -1,15 +1,18 @@
-"""The ply of an inspection and the surface below it, which are the same for all of its pockets."""
+"""What is given once and holds for every scan and pocket of an inspection: the ply, and the surface below it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from debulk.arrays import Floats
+import numpy as np
+
+from debulk.arrays import Bools, Floats
 from debulk.forking import kept
 from debulk.grid import Grid
 from debulk.inspection.ply import angle_field
 from debulk.inspection.ply.fibre_runs import PlyFibres
+from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.surface import Reference
 
@@ -70,3 +73,32 @@ class PlyOnMold:
     def _of_field(self, made: Callable[[Grid, Reference, Floats | None], Grid | None]) -> Grid | None:
         angles = self.fibre_angles_deg
         return made(angles, self.reference, self.outline) if isinstance(angles, Grid) else None
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What is made once from all that an inspector is given, and read by everything that looks at a scan."""
+
+    prepared: Prepared
+    """The reference, and the camera's image if there is one. Without an outline, it ends at the mold's edge."""
+    ply: PlyOnMold
+    """The ply on it, and the recipe."""
+    mold_from_scanner: Floats | None
+    """(4, 4), x_mold = T x_scanner; None: clouds are in the mold's frame."""
+    mask: Bools | None = None
+    """(H, W), True where an image is not to be used, or None."""
+
+    @property
+    def outline(self) -> Floats | None:
+        """(M, 2) outline of the ply, mold XY, mm, or None."""
+        return self.ply.outline
+
+    @property
+    def recipe(self) -> Recipe:
+        """All settings."""
+        return self.ply.recipe
+
+    @property
+    def pose(self) -> Floats:
+        """(4, 4), the motion into the mold's frame, also if that is none."""
+        return np.eye(4) if self.mold_from_scanner is None else self.mold_from_scanner

@@ -18,7 +18,7 @@ from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,8 @@ class EdgeSpread:
         if np.count_nonzero(known) < LIMITS.least_windows:
             return float("nan")
         each = [spreads[known], *(spreads[known & one] for one in (by_rows, ~by_rows))]
-        return max(_least(one) for one in each if len(one) >= LIMITS.least_windows)
+        known_mm = (medians.with_error(one) for one in each if len(one) >= LIMITS.least_windows)
+        return max(middle_mm - error_mm for middle_mm, error_mm in known_mm)
 
     def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
@@ -124,12 +125,6 @@ class EdgeSpread:
         )
         thickness_mm = setup.recipe.material.thickness_mm
         return _sigmas(height / thickness_mm, outwards / pitch[:, None]) * pitch, along_row > down_column
-
-
-def _least(spreads: Floats) -> float:
-    """Return a lower bound of what spreads scatter about."""
-    middle, error = medians.with_error(spreads)
-    return middle - error
 
 
 def _sigmas(height: Floats, out: Floats) -> Floats:

@@ -12,7 +12,7 @@ from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_ou
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, over_reference
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import MIDDLE
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch

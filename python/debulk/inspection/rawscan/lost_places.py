@@ -65,6 +65,23 @@ class Lost:
             ridge_height_mm=self.ridge_mm,
         )
 
+    def finding(self, limit_mm: float) -> Finding:
+        """Judge it: no wrinkle closes under vacuum, and the height map resolves none of the narrow bumps."""
+        one = self.place
+        if one.is_wrinkle:
+            start, end = one.ends_mm
+            reason = (
+                f"a wrinkle stands already: {one.height_mm:.1f} mm high, {one.width_mm:.1f} mm wide and "
+                f"{one.length_mm:.0f} mm long, from ({_xy(start)}) to ({_xy(end)}) mm"
+            )
+            at_best = Verdict.CREASE if self.ridge_mm > limit_mm else Verdict.UNDECIDED
+            return Finding("wrinkles", at_best, reason, self.ridge_mm, limit_mm, "mm", start)
+        reason = (
+            f"{_named(one)} is narrower than what the height map resolves, and with what lies below it its "
+            f"fibres could make a ridge of {self.most_mm:.2f} mm: look there, and scan again"
+        )
+        return Finding("narrow_bumps", Verdict.UNDECIDED, reason, self.most_mm, limit_mm, "mm", one.top_mm)
+
 
 def bell_excess_mm(height_mm: float, wide_mm: float) -> float:
     """Return how much longer a fibre over a bell is than the bell's foot: a squared cosine `wide_mm` across."""
@@ -108,43 +125,6 @@ def _between(heights: Grid, xy_mm: Floats) -> Floats:
     edge = cv2.BORDER_CONSTANT
     out = cv2.remap(values, column, row, cv2.INTER_LINEAR, borderMode=edge, borderValue=math.nan)
     return np.asarray(out[:, 0], dtype=np.float64)
-
-
-def wrinkle_findings(places: Sequence[Lost], limit_mm: float) -> list[Finding]:
-    """Judge standing wrinkles: none closes under vacuum, and one whose ridge is above the limit decides the verdict."""
-    return [
-        Finding(
-            "wrinkles",
-            Verdict.CREASE if one.ridge_mm > limit_mm else Verdict.UNDECIDED,
-            f"a wrinkle stands already: {one.place.height_mm:.1f} mm high, {one.place.width_mm:.1f} mm wide and "
-            f"{one.place.length_mm:.0f} mm long, from ({_xy(one.place.ends_mm[0])}) to "
-            f"({_xy(one.place.ends_mm[1])}) mm",
-            one.ridge_mm,
-            limit_mm,
-            "mm",
-            one.place.ends_mm[0],
-        )
-        for one in places
-        if one.place.is_wrinkle
-    ]
-
-
-def bump_findings(places: Sequence[Lost], limit_mm: float) -> list[Finding]:
-    """Judge narrow bumps: the height map resolves none of them, so that each leaves the layup undecided."""
-    return [
-        Finding(
-            "narrow_bumps",
-            Verdict.UNDECIDED,
-            f"{_named(one.place)} is narrower than what the height map resolves, and with what lies below it its "
-            f"fibres could make a ridge of {one.most_mm:.2f} mm: look there, and scan again",
-            one.most_mm,
-            limit_mm,
-            "mm",
-            one.place.top_mm,
-        )
-        for one in places
-        if not one.place.is_wrinkle
-    ]
 
 
 def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[LeftOut, ...]:

@@ -24,8 +24,7 @@ from debulk.inspection.evidence import flying
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, Setup
 from debulk.inspection.running.cycle import heed
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
@@ -254,8 +253,7 @@ def _groups(stands: Bools, long: float) -> Iterator[tuple[tuple[slice, slice], B
     pieces = pieces_of(joined.view(np.bool_), 8)
     labels, count = pieces.labels, len(pieces.sizes)
     number = np.bincount(labels[stands], minlength=count)
-    pairs = stands[:-1] & stands[1:]
-    blocks = np.bincount(labels[:-1, :-1][pairs[:, :-1] & pairs[:, 1:]], minlength=count)
+    blocks = np.bincount(labels[:-1, :-1][_blocks(stands)], minlength=count)
     extent = np.hypot(*np.diff(pieces.boxes)[:, ::2].T)
     number[0] = 0  # the rest of the image
     for label in np.flatnonzero((number >= LIMITS.fewest) & ((blocks > 0) | (extent >= long))):
@@ -281,7 +279,7 @@ def _measured(
     if length_mm < 3 * width_mm:
         width_mm = min(length_mm, _ROUND * width_mm)
     is_long = length_mm >= LIMITS.wrinkle_mm
-    if count < LIMITS.fewest or width_mm > LIMITS.widest_mm or not (is_long or _solid(upper)):
+    if count < LIMITS.fewest or width_mm > LIMITS.widest_mm or not (is_long or _blocks(upper).any()):
         return None
     # The crest lies between samples: what the mean over two by two of them is of the height of a bell, cos² by cos².
     phase = math.pi * sample_mm / width_mm
@@ -305,10 +303,10 @@ def _measured(
     )
 
 
-def _solid(stands: Bools) -> bool:
-    """Return whether four neighbouring samples of an image, two by two, stand out: a line of flying pixels has none."""
+def _blocks(stands: Bools) -> Bools:
+    """Return where four neighbouring samples of an image, two by two, stand out: a line of flying pixels has none."""
     pairs = stands[:-1] & stands[1:]
-    return bool((pairs[:, :-1] & pairs[:, 1:]).any())
+    return pairs[:, :-1] & pairs[:, 1:]
 
 
 def _pitch_mm(scan: Cloud) -> float:

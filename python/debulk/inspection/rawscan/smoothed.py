@@ -14,7 +14,7 @@ import numpy as np
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
-from debulk.inspection.ply.setup import Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.rawscan.edge_spread import LIMITS, EdgeSpread
 from debulk.inspection.rawscan.shared_noise import noise_is_shared, squares_on
 from debulk.results.finding import Finding
