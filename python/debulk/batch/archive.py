@@ -89,7 +89,7 @@ def layups(archive: str | PathLike[str]) -> list[Layup]:
 
 def _read(path: Path, archive: Path) -> Layup:
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        given = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: {error}") from None
     context = given.setdefault("context", {})

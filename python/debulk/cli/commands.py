@@ -55,6 +55,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Run the command line; SIGTERM ends a command as an interrupt does, so that it leaves no half file behind."""
+    _open_streams()
     cli_tools.answer_shells()
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as for a program behind nohup
@@ -70,6 +71,16 @@ def main() -> None:
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):  # all is done: Python's own end may be cut short
             signal.signal(number, signal.SIG_DFL)
+
+
+def _open_streams() -> None:
+    """Give the streams that the command was started without, as by a scheduler, an end that takes everything.
+
+    Otherwise the next file that is opened would get the number of such a stream.
+    """
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
 
 
 def _interrupt(number: int, _frame: object) -> None:

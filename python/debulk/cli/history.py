@@ -207,8 +207,10 @@ def calibrate(
         from debulk.recipe import Recipe
 
         settings = Recipe() if recipe is None else Recipe.load(recipe)
-        present, thickness = settings.verdict.max_ridge_mm, settings.material.thickness_mm
-        found = learned(History(_there(history)), present, thickness, Costs(missed, needless), within)
+        ply = settings.material
+        flat_mm, costs = ply.thickness_mm / ply.bulk_factor, Costs(missed, needless)
+        present_mm = settings.verdict.max_ridge_mm
+        found = learned(History(_there(history)), present_mm, ply.thickness_mm, costs, within, flat_mm=flat_mm)
         if output is not None:
             if not found.limit_mm > 0:
                 raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")

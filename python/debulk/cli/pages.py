@@ -101,7 +101,8 @@ def diff(
             lines = report_difference(*(Report.load(path) for path in (first, second)))
         else:
             raise InputError(f"{first}, {second}: expected two reports (.json) or two recipes (.toml)")
-        print("\n".join(lines) if lines else "the same verdicts, places, ridges and settings")
+        of_reports = "verdicts, places, ridges and " if kinds == {".json"} else ""
+        print("\n".join(lines) if lines else f"the same {of_reports}settings")
         raise typer.Exit(1 if lines else 0)
 
 
@@ -119,7 +120,7 @@ def checks(
             raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECK_TEXTS)}")
         for check in chosen:
             verdicts = " or ".join(one.name for one in check.at_best if one is not None) or "only mentioned"
-            lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at {check.sees}"]
+            lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at: {check.sees}"]
             lines += [f"  limit: {check.limit}", f"  do: {check.remedy}"]
             show(lambda width, lines=lines: "\n".join(fold(line, width) for line in lines))  # type: ignore[misc]
 

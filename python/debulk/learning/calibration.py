@@ -62,7 +62,8 @@ class Calibrated:
     costs: Costs
     limit_mm: float
     """`costs`, `limit_mm`: the costs, and the largest ridge for which passing a pocket costs no more than reworking it:
-    the limit that is proposed for ``verdict.max_ridge_mm``, rounded down to 0.01 mm. 0 if no ridge is worth passing."""
+    the limit that is proposed for ``verdict.max_ridge_mm``, rounded down to 0.01 mm. 0 if no ridge is worth passing,
+    or only less than a ply has that makes no ridge."""
     present_mm: float
     excess_mm: float
     """`present_mm`, `excess_mm`: the limit of the recipe that is compared; the excess length that gives a ridge of
@@ -100,6 +101,7 @@ def calibrate(
     costs: Costs | None = None,
     wanted_mm: float = 0.05,
     prior: Prior | None = None,
+    flat_mm: float = 0.25,
 ) -> Calibrated:
     """Learn the limit of a ridge from what became of a history's pockets.
 
@@ -119,6 +121,8 @@ def calibrate(
         Half the width of the 95 % interval of the limit that is wanted.
     prior
         None: `Prior()`.
+    flat_mm
+        What a ply without any wrinkle has, ``material.thickness_mm`` by ``material.bulk_factor``: no limit is below.
 
     Raises
     ------
@@ -137,6 +141,7 @@ def calibrate(
     costs = costs or Costs()
     found = posterior(known, prior)
     limit = cost_limit_mm(found, costs)
+    limit = limit if limit > flat_mm else 0.0
     best, best_mm = _best(found)
     lacking = (1.96 / wanted_mm) ** 2 - 1 / found.limit_sd_mm**2
     usual = float(found.information(all_ridges[:: max(1, len(all_ridges) // 500)]).mean()) if len(all_ridges) else 0.0

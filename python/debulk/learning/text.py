@@ -14,14 +14,16 @@ def text(found: Calibrated) -> str:
     first, last = found.posterior.spread_interval_mm()
     checked, costs = found.validated, found.costs
     creased = int(found.outcomes.creased.sum())
+    limit = f"verdict.max_ridge_mm = {found.limit_mm:.2f} (an excess of {found.excess_mm:.2f} mm)"
+    if not found.limit_mm:
+        limit = "no limit, as by these outcomes no ridge is worth passing"
     lines = [
         f"{len(found.outcomes)} outcomes, {creased} of them creased",
         f"half of all pockets crease at a ridge of {found.posterior.limit_mm:.3f} mm (95 % interval {low:.3f} to "
         f"{high:.3f} mm); from pocket to pocket the limit spreads by {found.posterior.spread_mm:.3f} mm "
         f"({first:.3f} to {last:.3f})",
-        f"proposed: verdict.max_ridge_mm = {found.limit_mm:.2f} (an excess of {found.excess_mm:.2f} mm), where a "
-        f"missed crease costs {costs.missed:g} and a needless rework {costs.needless:g}; at present "
-        f"{found.present_mm:.2f}",
+        f"proposed: {limit}, where a missed crease costs {costs.missed:g} and a needless rework {costs.needless:g}; at "
+        f"present {found.present_mm:.2f}",
         f"cost per outcome, cross-validated: {checked.own:.3f}, of the present limit {checked.present:.3f}; log score "
         f"{checked.log_score:.3f}",
     ]

@@ -152,7 +152,7 @@ class Recipe(Section):
         try:
             if path.stat().st_size > _MAX_FILE_BYTES:
                 raise InputError(f"{path}: expected a recipe in TOML, got a file of {path.stat().st_size} bytes")
-            values = tomllib.loads(path.read_bytes().decode("utf-8"))
+            values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
         except UnicodeDecodeError as error:

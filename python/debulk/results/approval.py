@@ -46,7 +46,7 @@ def approvals(path: str | PathLike[str]) -> tuple[Approval, ...]:
     with open_source(path) as source:
         data = source.file.read()
     try:
-        entries = tomllib.loads(data.decode("utf-8"))["approved"]
+        entries = tomllib.loads(data.decode("utf-8-sig"))["approved"]
         found = tuple(Approval(*(entry[key] for key in _KEYS)) for entry in entries)
         if not all(isinstance(getattr(one, key), str) for one in found for key in _KEYS):
             raise TypeError

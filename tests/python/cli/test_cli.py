@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import os
 import re
 import subprocess
 import sys
@@ -334,3 +335,17 @@ def test_the_console_script_runs():
     )  # fmt: skip
     assert result.returncode == 2
     assert result.stderr.startswith("debulk: no.pcd: cannot be read") and result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+def test_a_command_that_was_started_without_streams_ends_as_usual(tmp_path, closed):
+    """As by a scheduler: the exit code is that of the outcome, and no file takes the place of a stream."""
+
+    def close():
+        for number in closed:
+            os.close(number)
+
+    for words, code in ((["recipe"], 0), (["inspect", "no.pcd", "--reference", "no.pcd"], 2)):
+        call = [sys.executable, "-m", "debulk", *words]
+        done = subprocess.run(call, capture_output=True, text=True, preexec_fn=close, cwd=tmp_path, timeout=60)
+        assert done.returncode == code and "Traceback" not in done.stderr

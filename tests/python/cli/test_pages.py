@@ -125,6 +125,7 @@ def test_diff_of_reports_and_of_recipes(folder, report):
     different = run("diff", "a.json", "b.json")
     assert different.exit_code == 1 and "only in the first" in different.stdout
     (folder / "a.toml").write_text("[net]\nnode_target = 60\n")
+    assert run("diff", "a.toml", "a.toml").stdout == "the same settings\n"
     (folder / "b.toml").write_text("[net]\nnode_target = 70\n")
     recipes = run("diff", "a.toml", "b.toml")
     assert (recipes.exit_code, recipes.stdout) == (1, "recipe, net.node_target: 60, then 70\n")

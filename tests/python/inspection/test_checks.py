@@ -1,7 +1,9 @@
 """The list of checks: every finding belongs to one, and the runner fails closed."""
 
+import dataclasses
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -9,6 +11,7 @@ import debulk
 from debulk import Verdict, _core
 from debulk.inspection.checks.check import Check, findings_of
 from debulk.inspection.checks.listed import CHECKS
+from debulk.inspection.checks.pockets import pockets
 from debulk.results.check_texts import CHECK_TEXTS
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -71,3 +74,15 @@ def test_a_check_that_runs_out_of_time_leaves_the_layup_undecided():
     (found,) = findings_of([check("slow", fails(_core.Stopped()))], None)
     assert (found.check, found.at_best) == ("deadline", Verdict.UNDECIDED)
     assert "slow" in found.reason
+
+
+@pytest.mark.parametrize("verdict", [Verdict.CEASE, Verdict.CREASE])
+def test_the_layup_s_reason_is_that_of_the_worst_pocket_not_of_the_largest(report, verdict):
+    """The largest comes first in a report, and is often flat."""
+    ridges = [pocket for pocket in report.pockets if pocket.deciding_ridge]
+    flat, high = (pick(ridges, key=lambda one: one.deciding_ridge.height_mm) for pick in (min, max))
+    both = [dataclasses.replace(flat, verdict=verdict, id=1), dataclasses.replace(high, verdict=verdict, id=2)]
+    found = SimpleNamespace(unseen=SimpleNamespace(coverage=1.0))
+    ply = SimpleNamespace(recipe=debulk.Recipe())
+    (finding,) = pockets(SimpleNamespace(found=found, ply=ply, judged=SimpleNamespace(reports=both)))
+    assert finding.pocket == 2 and finding.reason.endswith(high.reason)

@@ -268,3 +268,12 @@ def test_the_command_proposes_and_changes_nothing(history, tmp_path):
     for more, part in (("x.pdf", "ending in .toml"), ("no/x.toml", "no folder")):
         bad = CliRunner().invoke(app, ["calibrate", str(history.path), "-o", more])
         assert (bad.exit_code, bad.stderr.count("\n")) == (2, 1) and part in bad.stderr
+
+
+def test_a_limit_that_every_ply_exceeds_is_none(history, tmp_path):
+    """Where a missed crease costs so much that only ridges are worth passing that a ply without a wrinkle has."""
+    words = ["calibrate", str(history.path), "--missed", "1e9"]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0 and "proposed: no limit" in done.stdout
+    assert CliRunner().invoke(app, [*words, "-o", str(tmp_path / "proposed.toml")]).exit_code == 2
+    assert not (tmp_path / "proposed.toml").exists()

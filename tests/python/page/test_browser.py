@@ -12,7 +12,9 @@ from debulk.history import History
 from debulk.history.page import page as history_page
 from debulk.page import difference, stack
 from debulk.report import Report
+from debulk.results.check_texts import CHECK_TEXTS
 from debulk.results.comparison import PocketComparison
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 
@@ -30,6 +32,8 @@ def pages(report, tmp_path_factory):
     dataclasses.replace(report, excess_map=excess, shear_map=shear).save(folder / "long.html")
     for verdict in Verdict:
         Report(verdict=verdict, reason="nothing raised", pockets=()).save(folder / f"empty_{verdict}.html")
+    checks = tuple(Finding(text.name, Verdict.INVALID, "found") for text in CHECK_TEXTS)
+    dataclasses.replace(report, verdict=Verdict.INVALID, findings=checks).save(folder / "checks.html")
     hostile = dataclasses.replace(
         report,
         reason=HOSTILE,

@@ -68,6 +68,8 @@ def test_toml_reads_back_to_an_equal_recipe(tmp_path):
     path = tmp_path / "cell.toml"
     path.write_text(recipe.to_toml(), encoding="utf-8")
     assert Recipe.load(path) == recipe
+    path.write_text(recipe.to_toml(), encoding="utf-8-sig")  # as editors of Windows mark UTF-8
+    assert Recipe.load(path) == recipe
     path.write_text(Recipe().to_toml(), encoding="utf-8")
     assert Recipe.load(str(path)) == Recipe()
 

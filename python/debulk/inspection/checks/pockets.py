@@ -8,6 +8,7 @@ from debulk.inspection.checks.seen import Seen
 from debulk.inspection.lines.by_runs import criteria
 from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
+from debulk.results.deciding import worst_first
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, Verdict, judge_layup
 
@@ -46,11 +47,10 @@ def counts(seen: Seen) -> bool:
 
 def pockets(seen: Seen) -> list[Finding]:
     """Return the verdict of the worst pocket."""
-    limits, reports = criteria(seen.ply.recipe), seen.judged.reports
+    limits, reports = criteria(seen.ply.recipe), worst_first(seen.judged.reports)
     share = max(seen.found.unseen.coverage, limits.min_coverage)  # too little of it is a finding of its own
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in reports], share, limits)
-    worst = max(reports, key=lambda p: p.verdict.severity, default=None)
-    return [Finding("pockets", judged.verdict, judged.reason, pocket=None if worst is None else worst.id)]
+    return [Finding("pockets", judged.verdict, judged.reason, pocket=reports[0].id if reports else None)]
 
 
 def deadline(seen: Seen) -> list[Finding]:
