@@ -1,6 +1,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "debulk/cloud/pinhole.hpp"
 #include "debulk/cloud/pinhole_outliers.hpp"
 #include "debulk/cloud/pitch.hpp"
+#include "debulk/cloud/points_over.hpp"
 #include "debulk/cloud/transform.hpp"
 
 namespace debulk {
@@ -22,6 +24,16 @@ PointImage point_image(const py::array_t<float>& a, const char* name) {
   const bool fits = a.ndim() == 3 && a.shape(2) == 3 && (a.size() == 0 || (a.strides(1) == 3 * 4 && a.strides(2) == 4));
   require(fits, name, "an (H, W, 3) array of points, or rows and columns of one", shape_of(a));
   return {a.data(), a.strides(0) / 4, static_cast<int>(a.shape(1)), static_cast<int>(a.shape(0))};
+}
+
+// (ny, nx) marks with their origin and spacing. They are not copied.
+using Marks = std::tuple<py::array_t<bool, py::array::c_style>, std::array<double, 2>, double>;
+
+CellMarks cell_marks(const Marks& given) {
+  const auto& [values, origin, spacing] = given;
+  require(values.ndim() == 2, "marks", "an (ny, nx) array of bools", shape_of(values));
+  const auto* first = reinterpret_cast<const std::uint8_t*>(values.data());  // numpy's bools are bytes, 0 or 1
+  return {first, static_cast<int>(values.shape(1)), static_cast<int>(values.shape(0)), {origin[0], origin[1]}, spacing};
 }
 
 }  // namespace
@@ -55,6 +67,26 @@ void bind_cloud(py::module_ m) {
         return to_array(std::move(moved), shape(points));
       },
       py::arg("points"), py::arg("matrix"), py::arg("threads"), py::arg("stop"));
+
+  // Returns the moved points, and which of them lie over the box and all marks.
+  m.def(
+      "points_over",
+      [](const CloudArray& points, const std::optional<Array<double>>& matrix, const std::array<std::array<double, 2>, 2>& box,
+         const std::vector<Marks>& marks, int threads, const Stop& stop) {
+        const CloudView cloud = cloud_view(points, "points");
+        const Eigen::Matrix4d motion = matrix ? pose_of(*matrix) : Eigen::Matrix4d::Identity();
+        std::vector<CellMarks> cells;
+        for (const Marks& one : marks) cells.push_back(cell_marks(one));
+        PointsOver out;
+        {
+          py::gil_scoped_release release;
+          out = points_over(cloud, matrix ? &motion : nullptr, {box[0][0], box[0][1]}, {box[1][0], box[1][1]}, cells, threads, stop);
+        }
+        std::vector<py::ssize_t> marked = shape(points);
+        marked.pop_back();
+        return py::make_tuple(to_array(std::move(out.moved), shape(points)), to_array(std::move(out.on), marked));
+      },
+      py::arg("points"), py::arg("matrix"), py::arg("box"), py::arg("marks"), py::arg("threads"), py::arg("stop"));
 
   py::class_<OutlierOptions>(m, "OutlierOptions")
       .def(py::init<>())

@@ -2,7 +2,7 @@
 
 from numpy.typing import ArrayLike
 
-from debulk._core import Stop, _Bytes, _Options, _Singles
+from debulk._core import Stop, _Bytes, _Flags, _Floats, _Options, _Singles
 
 class OutlierOptions(_Options):
     neighbours: int
@@ -11,6 +11,14 @@ class OutlierOptions(_Options):
 
 def bounds(points: ArrayLike, threads: int) -> tuple[int, list[float], list[float]]: ...
 def transform(points: ArrayLike, matrix: ArrayLike, threads: int, stop: Stop) -> _Singles: ...
+def points_over(
+    points: ArrayLike,
+    matrix: _Floats | None,
+    box: _Floats,
+    marks: list[tuple[_Flags, _Floats, float]],
+    threads: int,
+    stop: Stop,
+) -> tuple[_Singles, _Bytes]: ...
 def fit_pinhole(points: ArrayLike, /) -> tuple[float, float, float] | None: ...
 def median_pitch(points: ArrayLike, threads: int, stop: Stop) -> float: ...
 def widest_pitch(points: ArrayLike, pitch: float, stop: Stop) -> float: ...

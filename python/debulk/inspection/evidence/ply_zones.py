@@ -58,7 +58,7 @@ class PlyZones:
         if ply_outline is not None:
             on = pocket.inside(ply_outline, xy)
             on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
-        self._low, self._on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)
+        self._low, self.on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)  # `on`: as `hold` says it
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
         self.side_mm = next((s for s in SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
@@ -82,17 +82,17 @@ class PlyZones:
 
     def hold(self, xy_mm: Floats) -> Bools:
         """Return which places (N, 2) lie on the ply, well inside its outline."""
-        return self._on.at(xy_mm, beyond=0.0) > 0
+        return self.on.at(xy_mm, beyond=0.0) > 0
 
     def cells(self, heights: Grid) -> Bools:
         """Return which cells of a map lie on the ply, well inside its outline."""
         column, row = (
             np.rint((at - low) / _CELL_MM) for at, low in zip((heights.x_mm, heights.y_mm), self._low, strict=True)
         )
-        rows, columns = self._on.values.shape
+        rows, columns = self.on.values.shape
         there = ((row >= 0) & (row < rows))[:, None] & ((column >= 0) & (column < columns))
         at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
-        return np.asarray(there & self._on.values[np.ix_(*at)])
+        return np.asarray(there & self.on.values[np.ix_(*at)])
 
     def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
         """Return the medians of the used points in each square in which most of the points on the ply are used."""

@@ -8,8 +8,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from debulk import cloud
-from debulk.arrays import Bools, Cloud, Floats, Whole
+from debulk import _core, cloud
+from debulk.arrays import Bools, Cloud, Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
@@ -72,26 +72,23 @@ def sampled(scan: ArrayLike, setup: Setup) -> Sample:
 
 def sample_of(points: Cloud, setup: Setup) -> Sample:
     """Make a sample of (N, 3) points of a scan, all finite, each of which stands for itself alone."""
-    in_mold, below = over_reference(points, setup)
-    heights = np.full(len(in_mold), np.nan)
+    moved, on = over_reference(points, setup)
+    in_mold = moved.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
+    heights, below = np.full(len(in_mold), np.nan), np.flatnonzero(on)
     if len(below):
         heights[below] = in_mold[below, 2] - setup.prepared.datum.height(in_mold[:, :2].take(below, axis=0))
     return Sample(in_mold, heights, 1, np.zeros(len(in_mold), np.bool_))
 
 
-def over_reference(points: Cloud, setup: Setup) -> tuple[Floats, Whole]:
-    """Return (N, 3) points of a scan in the mold's frame, and the numbers of those below which the mold was seen.
+def over_reference(points: Cloud, setup: Setup, *more: Grid) -> tuple[Cloud, Bools]:
+    """Return (N, 3) points of a scan in the mold's frame, and which of them lie where the mold was seen below.
 
-    Points that were not seen are none of these. Heights above it cost ten times as much.
+    Points that were not seen are none of these, nor those over whose place one of `more`, marks, is not set.
     """
-    if setup.mold_from_scanner is not None and len(points):
-        points = cloud.transform(points, setup.mold_from_scanner, threads=setup.recipe.run.threads)
-    in_mold = points.astype(np.float64, order="F")  # each coordinate is contiguous: the checks read them one by one
-    (left, low), (right, high) = setup.prepared.datum.box_mm
-    x, y, z = in_mold.T
-    inside = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high) & np.isfinite(z))
-    known = np.isfinite(setup.prepared.seen.at(np.stack([x[inside], y[inside]], axis=1)))
-    return in_mold, inside[known]
+    box_mm, threads = setup.prepared.datum.box_mm, setup.recipe.run.threads
+    marks = [(grid.values, grid.origin_mm, float(grid.spacing_mm)) for grid in (setup.prepared.seen_at, *more)]
+    moved, on = _core.cloud.points_over(points, setup.mold_from_scanner, box_mm, marks, threads, _core.Stop())
+    return moved, on.view(np.bool_)
 
 
 def _same(points: Cloud, reference: Cloud | None) -> Bools:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from debulk.arrays import Bools, Cloud, Floats
+from debulk.arrays import Bools, Cloud
 from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
 from debulk.inspection.evidence.outline import Outline
@@ -108,24 +108,21 @@ class FilledSearch:
             image = CloudImage(part, part, image.pitch_mm)
         asked = asked_in(image, mask, axes, self._threads)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
-        xy_mm, on_ply = self._lie(places, laid=image.laid)
-        at_mm = xy_mm.astype(np.float32).reshape(*shape, 2)
-        return made_in(image, asked, at_mm, on_ply.reshape(shape), axes)
+        moved, on_ply = self._lie(places, laid=image.laid)
+        return made_in(image, asked, moved.reshape(*shape, 3)[..., :2], on_ply.reshape(shape), axes)
 
     def _near_ply(self, points: Cloud) -> Bools:
         low, high = self._zones.box_mm
-        xy = self._lie(points)[0]
+        xy = self._lie(points)[0][:, :2]
         return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
 
-    def _lie(self, points: Cloud, *, laid: bool = False) -> tuple[Floats, Bools]:
-        """Return (N, 2) mold XY of points of a scan, and which were seen on the ply, well inside its outline.
+    def _lie(self, points: Cloud, *, laid: bool = False) -> tuple[Cloud, Bools]:
+        """Return (N, 3) points of a scan in the mold's frame, and which were seen well inside the ply's outline.
 
         The points of a list that was laid out are in mold XY already, and their z is above the reference.
         """
-        if laid:
-            in_mold, below = points.astype(np.float64), np.flatnonzero(np.isfinite(points[:, 2]))
-        else:
-            in_mold, below = over_reference(points, self._setup)
-        on: Bools = np.zeros(len(points), np.bool_)
-        on[below] = self._zones.hold(in_mold[:, :2].take(below, axis=0))
-        return in_mold[:, :2], on
+        if not laid:
+            return over_reference(points, self._setup, self._zones.on)
+        on: Bools = np.isfinite(points[:, 2])
+        on[on] = self._zones.hold(points[on, :2].astype(np.float64))
+        return points, on

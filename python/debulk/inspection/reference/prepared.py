@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,6 +58,11 @@ class Prepared:
     def datum(self) -> surface.Reference:
         """The surface above which all heights of scans are measured; see `debulk.surface.Reference.datum`."""
         return self.reference.datum(self.thickness_mm)
+
+    @kept
+    def seen_at(self) -> Grid:
+        """Marks where `seen` has a height."""
+        return replace(self.seen, values=np.isfinite(self.seen.values))
 
     def bare_mm(self, xy: Floats) -> Floats:
         """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
