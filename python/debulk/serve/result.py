@@ -46,21 +46,24 @@ class Job:
 
 @dataclass(frozen=True)
 class Place:
-    """An entry of the checklist: what to do, at what, where in the mold frame, by how much, and in which directions."""
+    """An entry of the checklist: what to do, at what, where in the mold frame, by how much, and in which directions.
+
+    `pocket` and `verdict` are the pocket's; None and empty if it is not about one.
+    """
 
     do: str
     at: str
     place_mm: tuple[float, float] | None
     amount: str
     ways_deg: tuple[float, ...]
+    pocket: int | None
     verdict: str
 
     @classmethod
     def of(cls, deed: Deed) -> Place:
         """Return the same in plain words and numbers."""
-        return cls(
-            deed.do, deed.at, deed.place_mm, deed.amount, deed.ways_deg, deed.verdict.name if deed.verdict else ""
-        )
+        verdict = deed.verdict.name if deed.verdict else ""
+        return cls(deed.do, deed.at, deed.place_mm, deed.amount, deed.ways_deg, deed.pocket, verdict)
 
     def __str__(self) -> str:
         return str(Deed(self.do, self.at, self.place_mm, self.amount))
@@ -119,7 +122,7 @@ def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
         finished_utc,
         seconds,
         refused=True,
-        do=(Place("scan again, or look at the service's log", "", None, "", (), ""),),
+        do=(Place("scan again, or look at the service's log", "", None, "", (), None, ""),),
         recipe=recipe_hash(job.inspector.recipe.model_dump()),
     )
 

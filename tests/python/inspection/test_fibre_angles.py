@@ -35,13 +35,25 @@ def constant(spacing_mm=50.0) -> Grid:
 
 
 def test_a_map_gives_the_angles_of_its_nearest_point():
-    values = np.arange(24.0).reshape(3, 4, 2)
+    values = np.arange(24.0).reshape(3, 4, 2) + np.array([0.0, 90.0])
     grid = checked_angles(Grid(values, np.array([10.0, 20.0]), 5.0))
     assert angles_at(grid, np.array([10.0, 20.0])).tolist() == values[0, 0].tolist()
     assert angles_at(grid, np.array([22.4, 27.6])).tolist() == values[2, 2].tolist()
     for place in ([7.4, 20.0], [27.6, 20.0], [10.0, 17.4], [10.0, 32.6]):  # more than half a step past the border
         with pytest.raises(InputError, match=rf"\({place[0]:.0f}, {place[1]:.0f}\) mm lies outside their grid"):
             angles_at(grid, np.array(place))
+
+
+def test_places_of_a_map_whose_directions_are_nearly_the_same_are_not_known():
+    """As angles in radians, or a sensor that took one family for both: nobody would look across the fibres there."""
+    grid = constant()
+    for place, second in enumerate((30.0, 39.0, -141.0, 205.0, 41.0)):
+        grid.values[0, place, 1] = second
+    known = np.isfinite(checked_angles(grid).values).all(axis=2)
+    assert known[0, :5].tolist() == [False, False, False, False, True] and known[1:].all()
+    radians = Grid(np.full((3, 3, 2), (0.0, np.pi / 2)), np.zeros(2), 1.0)
+    with pytest.raises(InputError, match="no point with two known angles at least 10 degrees apart"):
+        checked_angles(radians)
 
 
 def test_a_gap_in_one_pocket_makes_that_one_invalid_and_no_other(layup, report):
@@ -197,8 +209,8 @@ def test_outside_a_drape_nothing_is_known(plain, drape):
         (Grid(np.full((3, 3, 2), np.nan), np.zeros(2), 1.0), "no point with two known angles"),
         (Grid(np.full((3, 3, 2), np.inf), np.zeros(2), 1.0), "none infinite"),
         (Grid(np.zeros((3, 3)), np.zeros(2), 1.0), r"shape \(3, 3\)"),
-        (Grid(np.zeros((3, 3, 2)), np.zeros(2), 0.0), "spacing_mm: expected a positive length"),
-        (Grid(np.zeros((3, 3, 2)), np.array([0.0, np.nan]), 1.0), "origin_mm"),
+        (Grid(np.full((3, 3, 2), (0.0, 90.0)), np.zeros(2), 0.0), "spacing_mm: expected a positive length"),
+        (Grid(np.full((3, 3, 2), (0.0, 90.0)), np.array([0.0, np.nan]), 1.0), "origin_mm"),
         ((0.0, np.nan), "fibre_angles_deg: expected two angles"),
         (["0", "90"], "fibre_angles_deg: expected two angles"),
         ((-np.pi / 4, np.pi / 4), "at least 10 degrees apart, .*; are they in radians"),

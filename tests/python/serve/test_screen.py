@@ -73,7 +73,9 @@ def test_what_to_do_can_be_read_from_three_metres(screen, report):
         assert 0.72 * pixels / 1080 * 400 >= 14
     deeds = browser.run("document.getElementById('do').innerText")
     assert "scan again" in deeds and "(610, 130) mm" in deeds
-    assert browser.run("document.querySelectorAll('#map circle').length") >= 1
+    numbers = browser.run("[...document.querySelectorAll('#map text')].map(text => text.textContent)")
+    bad = [str(pocket.id) for pocket in report.pockets if pocket.verdict is not Verdict.CEASE]
+    assert sorted(filter(None, numbers)) == sorted(bad)  # the numbers that reason and checklist name
     assert browser.run("document.getElementById('do').scrollHeight <= document.getElementById('do').clientHeight")
     assert re.search(r"and \d+ more", deeds)
     sizes = browser.run("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")

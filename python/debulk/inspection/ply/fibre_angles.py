@@ -23,8 +23,8 @@ def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
 
     A Draping is returned as it is: `laid` reads it once the surface is known.
 
-    An `InputError` is raised for another shape, an infinite angle, or a grid without a point at which both angles are
-    known.
+    Where the two angles of a grid are nearly the same, they are not known: nobody would look across the fibres there.
+    An `InputError` is raised for another shape, an infinite angle, or a grid without a point at which both are known.
     """
     if isinstance(value, Draping):
         return value
@@ -36,10 +36,13 @@ def checked_angles(value: Angles, name: str = _NAME) -> Floats | Grid | Draping:
         return kept(angles)
     shape, expected = (None, None, 2), "an (ny, nx, 2) array of degrees, NaN where nothing is known"
     angles = arrays.numbers(value.values, f"{name}.values", shape, expected, nan=True)
-    if not np.isfinite(angles).all(axis=2).any():
-        raise InputError(f"{name}.values: expected {expected}, but got no point with two known angles")
+    apart = _apart(angles[..., 0], angles[..., 1])
+    if not apart.any():
+        what = f"no point with two known angles at least {_LEAST_APART_DEG:g} degrees apart"
+        raise InputError(f"{name}.values: expected {expected}, but got {what}")
+    same = np.isfinite(angles).all(axis=2) & ~apart
     return Grid(
-        kept(angles),
+        kept(np.where(same[..., None], np.nan, angles)),
         kept(arrays.pair(value.origin_mm, f"{name}.origin_mm")),
         arrays.positive(value.spacing_mm, f"{name}.spacing_mm"),
     )
@@ -56,9 +59,11 @@ def check_apart(angles_deg: ArrayLike, name: str) -> None:
         )
 
 
-def _apart(first: float, second: float) -> bool:
-    apart = abs(first - second) % 180 if np.isfinite([first, second]).all() else 0.0
-    return bool(_LEAST_APART_DEG <= apart <= 180 - _LEAST_APART_DEG)
+def _apart(first: ArrayLike, second: ArrayLike) -> NDArray[np.bool_]:
+    """Tell where two known directions cross at enough."""
+    with np.errstate(invalid="ignore"):  # of an angle that is infinite
+        apart = np.abs(np.subtract(first, second)) % 180
+    return np.asarray((apart >= _LEAST_APART_DEG) & (apart <= 180 - _LEAST_APART_DEG))
 
 
 def laid(

@@ -32,7 +32,7 @@ function drawMap(newest, count) {
     return made;
   };
   map.replaceChildren();
-  const places = newest.do.map((deed, k) => [deed, k + 1]).filter(([deed]) => deed.place_mm);
+  const places = newest.do.map((deed, k) => [deed, k < count]).filter(([deed]) => deed.place_mm);
   if (newest.outline_mm.length < 3 || !places.length) return;
   const all = [...newest.outline_mm, ...places.map(([deed]) => deed.place_mm)];
   const [x, y] = [0, 1].map(k => all.map(point => k ? -point[k] : point[k]));  // a screen's y points downwards
@@ -40,22 +40,22 @@ function drawMap(newest, count) {
   const mark = 0.055 * Math.max(width, height);
   map.setAttribute("viewBox", `${left - mark} ${top - mark} ${width + 2 * mark} ${height + 2 * mark}`);
   svg("polygon", { points: newest.outline_mm.map(([a, b]) => `${a},${-b}`).join(" ") });
-  for (const [deed, number] of places.reverse()) {  // the first on top
+  for (const [deed, listed] of places.reverse()) {  // the first on top
     const [a, b] = deed.place_mm;
-    for (const way of number <= count ? deed.ways_deg : []) {
+    for (const way of listed ? deed.ways_deg : []) {
       const [c, s] = [Math.cos(way * Math.PI / 180), -Math.sin(way * Math.PI / 180)];
       const tip = t => [a + 3.2 * mark * c - t * mark * (c + s), -b + 3.2 * mark * s - t * mark * (s - c)];
       const barb = [a + 3.2 * mark * c - 0.6 * mark * (c - s), -b + 3.2 * mark * s - 0.6 * mark * (s + c)];
       svg("polyline", { points: [[a, -b], tip(0), tip(0.6), tip(0), barb].join(" ") });
     }
     svg("circle", { cx: a, cy: -b, r: mark, class: deed.verdict });
-    svg("text", { x: a, y: -b, "font-size": 1.3 * mark }).textContent = number;
+    svg("text", { x: a, y: -b, "font-size": 1.3 * mark }).textContent = deed.pocket ?? "";
   }
 }
 
 function drawDeeds(newest, count) {
-  const deeds = newest.do.slice(0, count).map((deed, k) => {
-    const line = make("li", ""), text = make("span", `${deed.place_mm ? `${k + 1}  ` : ""}${deed.do}`);
+  const deeds = newest.do.slice(0, count).map(deed => {
+    const line = make("li", ""), text = make("span", deed.do);
     const place = deed.place_mm ? ` at (${deed.place_mm.map(v => Math.round(v)).join(", ")}) mm` : "";
     const more = [deed.at + place, deed.amount].filter(Boolean).join(": ");
     if (more) text.append(make("small", more));
