@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,7 +33,10 @@ def read_small_text(path: Path) -> str:
     with open_source(path) as source:
         if source.size > _MAX_TEXT_BYTES:
             raise InputError(f"{path}: expected a small text file, got {source.size} bytes")
-        return source.file.read(_MAX_TEXT_BYTES).decode("utf-8-sig", errors="replace")
+        data = source.file.read(_MAX_TEXT_BYTES)
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        raise InputError(f"{path}: the file holds UTF-16 text; save it as UTF-8 text")
+    return data.decode("utf-8-sig", errors="replace")
 
 
 def read_table(path: Path, text: str, *, headings: bool) -> Table:

@@ -62,6 +62,12 @@ def test_a_slip_in_the_first_line_loses_no_corner(tmp_path, first, part):
     assert part in error_for(tmp_path / "o.csv", f"{first}\n400,0\n400,300\n0,300\n")
 
 
+def test_text_of_utf16_as_spreadsheets_write_it_is_named(tmp_path):
+    (tmp_path / "o.txt").write_bytes("x\ty\n0\t0\n400\t0\n400\t300\n".encode("utf-16"))
+    with pytest.raises(InputError, match="UTF-16 text; save it as UTF-8"):
+        files.load_outline(tmp_path / "o.txt")
+
+
 def test_decimal_commas_between_commas(tmp_path):
     text = "0,0,0,0\n400,0,0,0\n400,0,300,0\n"
     assert "expected two columns x,y, got 4 (decimal commas between commas?)" in error_for(tmp_path / "o.csv", text)
