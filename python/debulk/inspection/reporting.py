@@ -25,7 +25,7 @@ from debulk.inspection.lines import places
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
-from debulk.inspection.rawscan import lost_places
+from debulk.inspection.rawscan import lost_places, scattered
 from debulk.report import Report
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -123,6 +123,7 @@ def unsettled(given: Report, seen: Seen) -> Report:
         with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
             again = list(pool.map(lambda one, make: make() if make else one, judged.evaluations, later))
         reports = shared_runs.named([one.report for one in again], judged.pockets, ply)
+        reports = scattered.told(reports, seen.standing)
         return report(replace(seen, judged=replace(judged, evaluations=again, reports=reports)), {})
 
     pockets = tuple(

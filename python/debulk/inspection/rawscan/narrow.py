@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -93,6 +93,8 @@ class Standing:
     """The places, highest first."""
     sample_mm: float = math.inf
     """Distance of the samples; inf: the scan was not searched."""
+    sunk_mm: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    """(M, 2) mold XY of the samples that lie under the mold."""
     left_out: tuple[LeftOut, ...] = ()
     """What could not be looked for."""
     unknown: Finding | None = None
@@ -168,7 +170,9 @@ class NarrowSearch:
             if place is not None:
                 places.append(place)
         places.sort(key=lambda place: (-place.height_mm, place.top_mm))
-        return Standing(tuple(places), sample_mm)
+        with np.errstate(invalid="ignore"):
+            sunk_mm = points[height < -least_mm][:, :2].astype(np.float64)
+        return Standing(tuple(places), sample_mm, sunk_mm)
 
     def _in_mold(self, scan: Cloud) -> Cloud:
         moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
