@@ -77,3 +77,15 @@ class Grid:
         out = np.full(on.shape, beyond, dtype=np.float64)
         out[on] = values.take(place[on])
         return out
+
+    def around(self, box_mm: NDArray[np.float64], margin_mm: float) -> tuple[slice, slice]:
+        """Return the rows and columns in a box, given by its (2, 2) lowest and highest corner, with a margin."""
+        ny, nx = self.values.shape[:2]
+        wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
+        (i0, j0), (i1, j1) = np.rint((wide_mm - self.origin_mm) / self.spacing_mm).astype(int).tolist()
+        return slice(max(0, j0), min(ny, j1 + 1)), slice(max(0, i0), min(nx, i1 + 1))
+
+    def part(self, rows: slice, columns: slice) -> Grid:
+        """Return a copy of these rows and columns as a grid of their own."""
+        origin = self.origin_mm + self.spacing_mm * np.array([columns.start, rows.start])
+        return Grid(self.values[rows, columns].copy(), origin, self.spacing_mm)

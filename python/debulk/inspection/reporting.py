@@ -40,8 +40,6 @@ log = logging.getLogger("debulk")
 def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     """Report an inspection in which all pockets were judged."""
     ply, found, judged = seen.ply, seen.found, seen.judged
-    findings = findings_of(CHECKS, seen)
-    layup = compose(findings)
     entries = () if seen.placed.finding else places.left_out(found, judged.pockets, ply.recipe)
     entries += left_out.of_scan(found, ply.outline is not None)
     entries += lost_places.left_out(seen.lost, seen.standing, found) + seen.filled.left_out()
@@ -50,14 +48,12 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
     entries += left_out.of_late([(one.report.id, one.late) for one in judged.evaluations if one.late])
     entries += (left_out.of_chain(),) if seen.recognised is None else seen.recognised.left_out
     entries += humps.left_out(seen.humps)
-    log.info("%s: %s", layup.verdict.value, layup.reason)
     pockets = tuple(replace(one, crease_probability=seen.risks.pockets[one.id]) for one in judged.reports)
-    return Report(
-        verdict=layup.verdict,
-        reason=layup.reason,
-        findings=findings,
+    return _composed(
+        findings_of(CHECKS, seen),
+        ply,
+        timings_ms,
         pockets=pockets,
-        timings_ms=timings_ms,
         left_out=tuple(dict.fromkeys(entries)),  # several pockets may have the same one
         coverage=found.unseen.coverage,
         unseen=unseen.holes(found, judged.reports, ply.recipe),
@@ -70,8 +66,6 @@ def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
         shear_map=ply.shear,
         runs=seen.runs,
         crease_probability=seen.risks.layup,
-        ply_outline_mm=ply.outline,
-        recipe=ply.recipe.model_dump(),
     )
 
 
@@ -79,30 +73,28 @@ def out_of_place(placed: Placed, overview: Grid, ply: PlyOnMold, timings_ms: dic
     """Report a scan in which no pockets were looked for, because it cannot be this ply's."""
     findings = () if placed.finding is None else (placed.finding,)
     known = {"level": placed.level, "warnings": placed.warnings, "height_map": overview}
-    return _without_pockets(findings, ply, timings_ms, known)
+    return _composed(findings, ply, timings_ms, **known)
 
 
 def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report:
     """Report that the deadline passed before any pocket was known."""
     reason = f"the deadline passed during the stage {stage}, before any pocket was known"
     findings = (Finding("deadline", Verdict.UNDECIDED, reason),)
-    return _without_pockets(findings, ply, timings_ms, {"left_out": left_out.of_stages(stage)})
+    return _composed(findings, ply, timings_ms, left_out=left_out.of_stages(stage))
 
 
-def _without_pockets(
-    findings: tuple[Finding, ...], ply: PlyOnMold, timings_ms: dict[str, float], known: dict[str, Any]
-) -> Report:
+def _composed(findings: tuple[Finding, ...], ply: PlyOnMold, timings_ms: dict[str, float], **known: Any) -> Report:
+    """Return the report with the verdict that the findings give; it has no pockets unless they are given."""
     judged = compose(findings)
     log.info("%s: %s", judged.verdict.value, judged.reason)
     return Report(
         verdict=judged.verdict,
         reason=judged.reason,
         findings=findings,
-        pockets=(),
         timings_ms=timings_ms,
         ply_outline_mm=ply.outline,
         recipe=ply.recipe.model_dump(),
-        **known,
+        **{"pockets": (), **known},
     )
 
 

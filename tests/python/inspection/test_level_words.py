@@ -29,7 +29,7 @@ def judged(height_mm, noise_mm=0.005, recipe=None, **shares):
     recipe = recipe or Recipe()
     blocks = squares(height_mm, noise_mm)
     found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
-    figures = level.level_of(found, blocks, THICKNESS_MM, recipe.level.tol_mm)
+    figures = level.level_of(found, THICKNESS_MM, recipe.level.tol_mm)
     said = level_reason(figures, found, recipe, **shares)
     if said is None:
         return "", figures, found
@@ -149,7 +149,7 @@ def test_a_fit_explains_what_is_larger_than_its_share_of_the_tolerance(height_mm
 def test_a_bend_that_is_lost_in_the_noise_of_single_squares_is_no_tilt():
     blocks = replace(squares(0.30 + 0.6 * (U**2 - 0.25)), error_mm=np.full(len(XY), 0.5))
     found = level.deviation(blocks, THICKNESS_MM, THICKNESS_MM)
-    assert "is bent by" in level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
+    assert "is bent by" in level_reason(level.level_of(found, 0.3, 0.1), found, Recipe()).text
 
 
 def test_the_limits_within_which_no_ply_is_seen():
@@ -219,14 +219,14 @@ def test_a_ply_may_be_thinner_as_far_as_it_is_allowed():
 
 def test_the_fit_says_where_the_plane_lies_how_it_slopes_and_how_far_it_bows():
     found = level.deviation(squares(0.3 + 0.1 + 0.2 * U - 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
-    assert found.middle_mm == pytest.approx(0.1, abs=1e-4)
+    assert found.plane[0] == pytest.approx(0.1, abs=1e-4)
     assert found.slope == pytest.approx([0.2 / 300, -0.1 / 240], rel=1e-3)
     assert found.bow_mm == pytest.approx(0, abs=1e-3)
     blocks = squares(0.3 + 0.2 * U - 0.1 * V, 1e-6)
     figures = level.level_of(found, blocks, 0.3, 0.2)
     assert figures.tilt_deg == pytest.approx(np.degrees(np.hypot(0.2 / 300, 0.1 / 240)), rel=1e-3)
     assert figures.tilt_axis_deg == pytest.approx((np.degrees(np.arctan2(-0.1 / 240, 0.2 / 300)) + 90) % 180, abs=0.1)
-    assert figures.offset_mm == found.middle_mm
+    assert figures.offset_mm == found.plane[0]
     falling = level.deviation(squares(0.3 - 0.2 * U + 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
     assert level.level_of(falling, blocks, 0.3, 0.2).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
     bowed = level.deviation(squares(0.3 + 0.5 * U**2 + 0.5 * V**2, 1e-6), THICKNESS_MM, THICKNESS_MM)
@@ -307,7 +307,7 @@ def test_the_worst_square_is_the_one_that_is_surely_off(error_mm, surely):
     height = blocks.height_mm.copy()
     height[7] = 0.3 + 0.9
     found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
-    said = level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
+    said = level_reason(level.level_of(found, 0.3, 0.1), found, Recipe()).text
     assert "worst by" in said and ("worst by +0.90" in said) == surely
 
 
@@ -327,5 +327,5 @@ def test_what_stands_off_widely_is_shown_where_it_is_surely_highest():
     error[U < 0], error[highest] = 0.3, 0.1
     height[highest] += 0.25
     found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
-    said = level_reason(level.level_of(found, blocks, 0.3, 0.1), found, Recipe()).text
+    said = level_reason(level.level_of(found, 0.3, 0.1), found, Recipe()).text
     assert "or the ply stands off the mold widely, by 1.09 mm at (290, 90) mm" in said

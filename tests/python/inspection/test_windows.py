@@ -6,7 +6,6 @@ import pytest
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.pieces import grown
-from debulk.inspection.find.windows import cells_round, cut_out
 
 pytestmark = pytest.mark.unit
 
@@ -30,17 +29,17 @@ def test_marks_grow_by_so_many_cells_along_each_axis(cells):
 
 def test_a_window_holds_the_box_and_its_margin_as_far_as_the_grid_goes():
     grid = Grid(np.arange(20.0 * 30).reshape(20, 30), np.array([-5.0, 100.0]), 0.5)
-    rows, columns = cells_round(np.array([[-3.0, 102.0], [0.0, 104.0]]), grid, 1.0)
+    rows, columns = grid.around(np.array([[-3.0, 102.0], [0.0, 104.0]]), 1.0)
     assert (rows, columns) == (slice(2, 11), slice(2, 13))
-    window = cut_out(grid, rows, columns)
+    window = grid.part(rows, columns)
     assert (window.x_mm[0], window.x_mm[-1], window.y_mm[0], window.y_mm[-1]) == (-4.0, 1.0, 101.0, 105.0)
     np.testing.assert_array_equal(window.values, grid.values[2:11, 2:13])
-    assert cells_round(np.array([[-3.0, 102.0], [0.0, 104.0]]), grid, 99.0) == (slice(0, 20), slice(0, 30))
+    assert grid.around(np.array([[-3.0, 102.0], [0.0, 104.0]]), 99.0) == (slice(0, 20), slice(0, 30))
 
 
 def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
     grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
-    cut_out(grid, slice(0, 4), slice(0, 5)).values[:] = np.nan
+    grid.part(slice(0, 4), slice(0, 5)).values[:] = np.nan
     assert np.isfinite(grid.values).all()
 
 

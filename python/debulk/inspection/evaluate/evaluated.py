@@ -29,20 +29,18 @@ class Evaluation:
         return replace(other, report=replace(self.report, **figures))
 
 
+_MEASURED = ("outline_mm", "touches_ply_edge", "area_mm2", "peak_mm", "volume_mm3", "measured_share")
+
+
 def seen_of(found: FoundPocket) -> PocketReport:
     """Report what is known of a pocket before its ply is modelled."""
     return PocketReport(
         id=found.number,
         verdict=Verdict.INVALID,
         reason="",
-        outline_mm=found.pocket.outline_mm,
         foot_outline_mm=found.foot.outline_mm,
-        touches_ply_edge=found.pocket.touches_ply_edge,
-        area_mm2=found.pocket.area_mm2,
-        peak_mm=found.pocket.peak_mm,
-        volume_mm3=found.pocket.volume_mm3,
-        measured_share=found.pocket.measured_share,
         promoted=found.promoted,
+        **{name: getattr(found.pocket, name) for name in _MEASURED},
     )
 
 

@@ -13,7 +13,6 @@ from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.find.found import FoundPocket, Hole
-from debulk.inspection.find.windows import cells_round, cut_out
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 
@@ -57,7 +56,7 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     rows, columns, unknown = _reached(found, own, [hole.box for hole, _ in thick], ply)
     if not unknown.any():
         return None
-    window = cut_out(heights, rows, columns)
+    window = heights.part(rows, columns)
     window.values[unknown] = np.nan
     holes = tuple(_holes(unknown, window, listed))
     if found.foot.closed and not {listed_hole(*one) for one in thick} & set(holes):
@@ -91,7 +90,7 @@ def _reached(
     """
     heights, feet = found.segmentation.heights, found.feet.labels.values
     steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
-    rows, columns = cells_round(own_mm, heights, _MARGIN_MM)
+    rows, columns = heights.around(own_mm, _MARGIN_MM)
     while True:
         missing = np.isnan(heights.values[rows, columns])
         if thick_mm:
@@ -104,7 +103,7 @@ def _reached(
         if unknown.any():
             cells = np.argwhere(unknown)[:, ::-1] + [columns.start, rows.start]
             boxes.append(_box(heights.origin_mm + heights.spacing_mm * cells))
-        wider = cells_round(_box(np.concatenate(boxes)), heights, _MARGIN_MM)
+        wider = heights.around(_box(np.concatenate(boxes)), _MARGIN_MM)
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.inspection.find.found import Found
-from debulk.inspection.find.windows import cells_round
 from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.hidden import hidden_mm
@@ -89,7 +88,7 @@ def most_ridge_mm(box_mm: Floats, wide_mm: float, found: Found, recipe: Recipe) 
     shown_mm = 0.0
     if found.runs is not None:
         largest = found.runs.largest
-        shown_mm = float(largest.values[cells_round(box_mm, largest, largest.spacing_mm)].max(initial=0.0))
+        shown_mm = float(largest.values[largest.around(box_mm, largest.spacing_mm)].max(initial=0.0))
     return excess.ridge_of(shown_mm + hidden_mm(wide_mm), recipe)
 
 

@@ -17,7 +17,6 @@ from debulk import _core, pocket
 from debulk.arrays import Bools, Floats
 from debulk.fibre import FibreRuns
 from debulk.inspection.find.found import Found, FoundPocket, runs_over
-from debulk.inspection.find.windows import cells_round, cut_out
 from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.ply import excess, polyline
 from debulk.inspection.ply.fibre_angles import angles_at
@@ -155,8 +154,8 @@ def _place_at(
     wanted.area_tol_mm2 = wanted.peak_tol_mm = 0.0
     half_mm = max(_LEAST_HALF_MM, 1.5 * length_mm)
     while True:
-        rows, columns = cells_round(np.stack([top_mm, top_mm]), whole.heights, half_mm)
-        again = pocket.segment_with(wanted, cut_out(whole.heights, rows, columns), threads, stop)
+        rows, columns = whole.heights.around(np.stack([top_mm, top_mm]), half_mm)
+        again = pocket.segment_with(wanted, whole.heights.part(rows, columns), threads, stop)
         label = int(again.labels.at(top_mm))
         owner = feet.labels.values[rows, columns][again.labels.values == label]
         if label == 0 or 2 * np.count_nonzero(owner) > owner.size:

@@ -40,20 +40,25 @@ LIMITS = Limits()
 class Deviation:
     """By how much each square of the ply is off one thickness above the reference, and how much a fit explains."""
 
-    xy_mm: Floats
-    """(B, 2) middles of the squares."""
+    squares: Blocks
     residual_mm: Floats
-    """(B,) the deviations, as `departure` returns them."""
-    error_mm: Floats
-    """(B,) standard errors of the residuals."""
+    """(B,) the deviations of the squares, as `departure` returns them."""
     fits_mm: Floats
     """(3, B) values of the median, and of a robustly fitted plane and paraboloid."""
-    middle_mm: float
-    """Value of the plane in the middle of the ply."""
-    slope: Floats
-    """(2,) slope of the plane, mm per mm."""
+    plane: Floats
+    """(3,) value of the plane in the middle of the ply, and its rise along x and y over half the extent of the ply."""
     bow_mm: float
     """Range of the paraboloid's second-order part."""
+
+    @property
+    def xy_mm(self) -> Floats:
+        """(B, 2) middles of the squares."""
+        return self.squares.xy_mm
+
+    @property
+    def error_mm(self) -> Floats:
+        """(B,) standard errors of the residuals."""
+        return self.squares.error_mm
 
     def off(self, tol_mm: float) -> NDArray[np.int64]:
         """Return -1 for each square that lies too low, 1 for each that lies too high, and 0 for the others.
@@ -101,37 +106,29 @@ def deviation(blocks: Blocks, thickness_mm: float, least_mm: float) -> Deviation
     plane, paraboloid = _robust(terms[:, :3], residual), _robust(terms, residual)
     fits = np.array([constant, product(terms[:, :3], plane), product(terms, paraboloid)])
     bow = float(np.ptp(product(terms[:, 3:], paraboloid[3:])))
-    return Deviation(
-        blocks.xy_mm,
-        residual,
-        blocks.error_mm,
-        fits,
-        float(plane[0]),
-        plane[1:] / _half(blocks.xy_mm, blocks.side_mm),
-        bow,
-    )
+    return Deviation(blocks, residual, fits, plane, bow)
 
 
-def level_of(found: Deviation, blocks: Blocks, thickness_mm: float, tol_mm: float) -> Level:
+def level_of(found: Deviation, thickness_mm: float, tol_mm: float) -> Level:
     """Convert the figures into the form of the report."""
-    residual = found.residual_mm
+    residual, squares = found.residual_mm, found.squares
     median = float(np.median(residual))
     sigma = medians.OF_MEDIAN * float(np.median(np.abs(residual - found.fits_mm[2])))
     off = found.off(tol_mm)
-    gx, gy = found.slope
+    gx, gy = found.plane[1:] / _half(squares.xy_mm, squares.side_mm)
     return Level(
         thickness_mm=thickness_mm,
         laid_mm=thickness_mm + median,
         uncertainty_mm=medians.ERROR * sigma / float(np.sqrt(len(residual))),
         low_share=float(np.mean(off < 0)),
         high_share=float(np.mean(off > 0)),
-        offset_mm=found.middle_mm,
+        offset_mm=float(found.plane[0]),
         tilt_deg=float(np.degrees(np.arctan(np.hypot(gx, gy)))),
         tilt_axis_deg=float((np.degrees(np.arctan2(gy, gx)) + 90) % 180),
         bow_mm=found.bow_mm,
         blocks=len(residual),
-        block_mm=blocks.side_mm,
-        judged_share=blocks.ply_share,
+        block_mm=squares.side_mm,
+        judged_share=squares.ply_share,
     )
 
 

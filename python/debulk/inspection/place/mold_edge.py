@@ -85,9 +85,7 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | No
     known = np.isfinite(seen.values)
     cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, BESIDE_MM))
     beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
-    below = Grid(np.where(above, np.nan, seen.values), seen.origin_mm, seen.spacing_mm)
+    below = replace(seen, values=np.where(above, np.nan, seen.values))
     share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
-    mold = Grid(
-        np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype), seen.origin_mm, seen.spacing_mm
-    )
-    return replace(prepared, seen=mold), BelowEdge(below, share, recipe.material.thickness_mm)
+    mold = np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype)
+    return replace(prepared, seen=replace(seen, values=mold)), BelowEdge(below, share, recipe.material.thickness_mm)

@@ -192,7 +192,7 @@ class Placing:
             reason = few_squares_reason(zones, sample, on, share=blocks.ply_share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, self._thickness_mm, self._least_mm)
-        level = level_of(found, blocks, self._thickness_mm, self._tol_mm)
+        level = level_of(found, self._thickness_mm, self._tol_mm)
         loose = self._loose_share(found)
         doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
         needed = level.low_share + level.high_share > recipe.level.largest_share

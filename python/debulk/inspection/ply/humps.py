@@ -95,22 +95,16 @@ def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tupl
     """Return the humps whose ridge exceeds the limit together with the largest excess that a scan shows on them."""
     out = []
     for hump in humps:
-        own_mm = 0.0 if largest is None else _largest_near(largest, hump)
+        own_mm = 0.0
+        if largest is not None:
+            reach_mm = largest.spacing_mm * np.ceil(np.sqrt(hump.area_mm2) / largest.spacing_mm)
+            shown = largest.values[largest.around(np.array([hump.place_mm, hump.place_mm]), reach_mm)]
+            own_mm = max(0.0, float(np.nan_to_num(shown).max(initial=0.0)))
         total_mm = hump.excess_mm + own_mm  # a scan's excess is measured from the reference with the hump in it
         ridge_mm = ridge_of(total_mm, recipe)
         if ridge_mm > recipe.verdict.max_ridge_mm:
             out.append(replace(hump, excess_mm=total_mm, ridge_mm=ridge_mm, shown_mm=own_mm))
     return tuple(out)
-
-
-def _largest_near(largest: Grid, hump: Hump) -> float:
-    """Return the largest excess within the hump's extent."""
-    reach = int(np.ceil(np.sqrt(hump.area_mm2) / largest.spacing_mm))
-    column, row = largest.cells(np.array(hump.place_mm))
-    part = largest.values[
-        max(0, row - reach) : max(0, row + reach + 1), max(0, column - reach) : max(0, column + reach + 1)
-    ]
-    return max(0.0, float(np.nan_to_num(part).max(initial=0.0)))
 
 
 def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
