@@ -83,7 +83,8 @@ class Grid:
         ny, nx = self.values.shape[:2]
         wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
         (i0, j0), (i1, j1) = np.rint((wide_mm - self.origin_mm) / self.spacing_mm).astype(int).tolist()
-        return slice(max(0, j0), min(ny, j1 + 1)), slice(max(0, i0), min(nx, i1 + 1))
+        i0, i1, j0, j1 = max(0, i0), min(nx, max(0, i1 + 1)), max(0, j0), min(ny, max(0, j1 + 1))
+        return slice(j0, j1), slice(i0, i1)
 
     def part(self, rows: slice, columns: slice) -> Grid:
         """Return a copy of these rows and columns as a grid of their own."""

@@ -53,15 +53,10 @@ def of_stages(stage: str) -> tuple[LeftOut, ...]:
 
 def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:
     """Name what an unknown outline of the ply leaves out, and what the search of the scan did not examine."""
-    entries = []
-    if not outline_known:
-        entries.append(
-            LeftOut(
-                what="free edges and friction",
-                why="the ply's outline is not known",
-                bound="a pocket at the ply's edge is judged as if held there, but no fibre beside which bare mold "
-                "shows makes it CREASE; friction holds a bridge up to the reference's edge: both come out higher, not "
-                "lower",
-            )
-        )
-    return (*entries, *unseen.left_out(found), *found.left_out)
+    edges = LeftOut(
+        what="free edges and friction",
+        why="the ply's outline is not known",
+        bound="a pocket at the ply's edge is judged as if held there, but no fibre beside which bare mold shows makes "
+        "it CREASE; friction holds a bridge up to the reference's edge: both come out higher, not lower",
+    )
+    return (*(() if outline_known else (edges,)), *unseen.left_out(found), *found.left_out)

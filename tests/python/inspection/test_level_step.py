@@ -26,7 +26,7 @@ def seen(shape, high_share, noise_mm=0.02):
 def reason(blocks):
     recipe = Recipe()
     found = level.deviation(blocks, 0.3, 0.2)
-    said = level_reason(level.level_of(found, blocks, 0.3, recipe.level.tol_mm), found, recipe)
+    said = level_reason(level.level_of(found, 0.3, recipe.level.tol_mm), found, recipe)
     return said.text if said else "", found
 
 

@@ -187,15 +187,12 @@ def test_what_lies_at_a_limit_is_still_allowed():
 
 def test_squares_are_off_beyond_tolerance_and_noise():
     residual = np.array([0.0, 0.21, -0.21, 0.25, -0.25, 0.1])
-    still = level.Deviation(
-        np.zeros((6, 2)), residual, np.full(6, 0.01), np.zeros((3, 6)), 0.0, np.zeros(2), 0.0
-    )  # twice the error is 0.02 mm
+    six = Blocks(np.zeros((6, 2)), residual, np.full(6, 0.01), 20.0, 1.0)  # twice the error is 0.02 mm
+    still = level.Deviation(six, residual, np.zeros((3, 6)), np.zeros(3), 0.0)
     assert still.off(0.2).tolist() == [0, 0, 0, 1, -1, 0]
     assert still.left(0.2, 0) == (1 / 6, 1 / 6)
-    bent = level.Deviation(
-        np.zeros((6, 2)), residual, np.full(6, 0.01), np.array([[0] * 6, [0] * 6, [0.3, -0.3, 0.3, 0.2, 0, 0]]), 0.0,
-        np.zeros(2), 0.0,
-    )  # fmt: skip
+    fits = np.array([[0] * 6, [0] * 6, [0.3, -0.3, 0.3, 0.2, 0, 0]])
+    bent = level.Deviation(six, residual, fits, np.zeros(3), 0.0)
     assert bent.off(0.2).tolist() == [1, -1, 1, 1, -1, 0]  # by the paraboloid where the square itself is not off
 
 
@@ -222,13 +219,12 @@ def test_the_fit_says_where_the_plane_lies_how_it_slopes_and_how_far_it_bows():
     assert found.plane[0] == pytest.approx(0.1, abs=1e-4)
     assert found.slope == pytest.approx([0.2 / 300, -0.1 / 240], rel=1e-3)
     assert found.bow_mm == pytest.approx(0, abs=1e-3)
-    blocks = squares(0.3 + 0.2 * U - 0.1 * V, 1e-6)
-    figures = level.level_of(found, blocks, 0.3, 0.2)
+    figures = level.level_of(found, 0.3, 0.2)
     assert figures.tilt_deg == pytest.approx(np.degrees(np.hypot(0.2 / 300, 0.1 / 240)), rel=1e-3)
     assert figures.tilt_axis_deg == pytest.approx((np.degrees(np.arctan2(-0.1 / 240, 0.2 / 300)) + 90) % 180, abs=0.1)
     assert figures.offset_mm == found.plane[0]
     falling = level.deviation(squares(0.3 - 0.2 * U + 0.1 * V, 1e-6), THICKNESS_MM, THICKNESS_MM)
-    assert level.level_of(falling, blocks, 0.3, 0.2).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
+    assert level.level_of(falling, 0.3, 0.2).tilt_axis_deg == pytest.approx(figures.tilt_axis_deg, abs=0.1)
     bowed = level.deviation(squares(0.3 + 0.5 * U**2 + 0.5 * V**2, 1e-6), THICKNESS_MM, THICKNESS_MM)
     assert bowed.bow_mm == pytest.approx(0.5 * (U**2 + V**2).max() - 0.5 * (U**2 + V**2).min(), rel=1e-3)
 

@@ -37,6 +37,13 @@ def test_a_window_holds_the_box_and_its_margin_as_far_as_the_grid_goes():
     assert grid.around(np.array([[-3.0, 102.0], [0.0, 104.0]]), 99.0) == (slice(0, 20), slice(0, 30))
 
 
+@pytest.mark.parametrize("box_mm", [(-20, 102, -10, 104), (20, 102, 30, 104), (-3, 80, 0, 90), (-3, 120, 0, 130)])
+def test_a_window_off_the_grid_is_empty(box_mm):
+    """An end before the first row or column would count from the last one."""
+    grid = Grid(np.zeros((20, 30)), np.array([-5.0, 100.0]), 0.5)
+    assert not grid.values[grid.around(np.array(box_mm, dtype=np.float64).reshape(2, 2), 1.0)].size
+
+
 def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
     grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
     grid.part(slice(0, 4), slice(0, 5)).values[:] = np.nan

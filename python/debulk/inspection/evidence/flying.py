@@ -29,7 +29,7 @@ class Limits:
 
 
 LIMITS = Limits()
-_FAR_MM = np.float32(1e6)  # beyond all heights
+FAR_MM = np.float32(1e6)  # beyond all heights
 
 
 def without_flying(scan: Cloud, up: Floats, pitch_mm: float) -> Cloud:
@@ -46,9 +46,9 @@ def without_flying(scan: Cloud, up: Floats, pitch_mm: float) -> Cloud:
 def flying(height: Cloud, pitch_mm: float) -> Bools:
     """Return which pixels of an image of heights (H, W), NaN where nothing was seen, fly above those around."""
     square = np.ones((LIMITS.widest, LIMITS.widest), np.uint8)
-    known = np.abs(height) < _FAR_MM
-    low = cv2.erode(np.where(known, height, _FAR_MM), square)
-    stands = np.where(known, height - cv2.dilate(np.where(low < _FAR_MM, low, -_FAR_MM), square), 0)
+    known = np.abs(height) < FAR_MM
+    low = cv2.erode(np.where(known, height, FAR_MM), square)
+    stands = np.where(known, height - cv2.dilate(np.where(low < FAR_MM, low, -FAR_MM), square), 0)
     flies = stands > LIMITS.steep * pitch_mm
     pieces = pieces_of(flies, 8)
     for number in pieces.of_size(1):

@@ -79,7 +79,7 @@ def _of_hole(
         return None
     if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
         return None
-    reason = f"{_name(hole, hidden)}, where a ridge of {most_mm:.2f} mm could lie unseen: scan again"
+    reason = f"{listed_hole(hole, hidden)}, where a ridge of {most_mm:.2f} mm could lie unseen: scan again"
     return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", _pair(hole.centre))
 
 
@@ -96,7 +96,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
     """Name every hole above the tolerance on area, and sum up the others."""
     entries = [
         LeftOut(
-            what=_name(hole, hidden),
+            what=str(listed_hole(hole, hidden)),
             why="the mask hides it"
             if hidden
             else "the reference is not known there: nothing was seen, or a smooth surface cannot follow it"
@@ -118,10 +118,6 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
             )
         )
     return tuple(entries)
-
-
-def _name(hole: pocket.UnseenHole, hidden: bool) -> str:
-    return str(listed_hole(hole, hidden))
 
 
 def _in_a_foot(place_mm: Floats, pockets: Sequence[PocketReport], reach_mm: float = 0.0) -> bool:

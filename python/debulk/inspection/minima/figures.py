@@ -11,13 +11,18 @@ from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.starts import Settled
 from debulk.results.report import LeftOut, PocketNet, SolveReport
 
-_TERMS = {
+_LEFT_OUT = {
     "friction": LeftOut(
         what="friction of pockets inside the ply",
         why="their nets have no free edge",
         bound="none: friction acts on free boundary nodes only",
     ),
     "gravity": LeftOut(what="gravity", why="the recipe's density or gravity is zero", bound="below 1e-4 of the vacuum"),
+    "starts": LeftOut(
+        what="some seeded starts",
+        why="the deadline passed",
+        bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
+    ),
 }
 
 
@@ -92,13 +97,5 @@ def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
 
 def left_out_of(ply: sheet.Sheet, settled: Settled) -> tuple[LeftOut, ...]:
     """Name the energy terms that the model of a pocket's ply omits, and the starts that a deadline cut off."""
-    entries = [_TERMS[name] for name in ply.left_out if name in _TERMS]
-    if settled.cut:
-        entries.append(
-            LeftOut(
-                what="some seeded starts",
-                why="the deadline passed",
-                bound="the ranges of RMS and ridge height come from fewer minima than the recipe asks for",
-            )
-        )
-    return tuple(entries)
+    names = [*ply.left_out, "starts"] if settled.cut else ply.left_out
+    return tuple(_LEFT_OUT[name] for name in names if name in _LEFT_OUT)

@@ -60,6 +60,11 @@ class Deviation:
         """(B,) standard errors of the residuals."""
         return self.squares.error_mm
 
+    @property
+    def slope(self) -> Floats:
+        """(2,) slope of the plane, mm per mm."""
+        return np.asarray(self.plane[1:] / _half(self.xy_mm, self.squares.side_mm))
+
     def off(self, tol_mm: float) -> NDArray[np.int64]:
         """Return -1 for each square that lies too low, 1 for each that lies too high, and 0 for the others.
 
@@ -115,7 +120,7 @@ def level_of(found: Deviation, thickness_mm: float, tol_mm: float) -> Level:
     median = float(np.median(residual))
     sigma = medians.OF_MEDIAN * float(np.median(np.abs(residual - found.fits_mm[2])))
     off = found.off(tol_mm)
-    gx, gy = found.plane[1:] / _half(squares.xy_mm, squares.side_mm)
+    gx, gy = found.slope
     return Level(
         thickness_mm=thickness_mm,
         laid_mm=thickness_mm + median,

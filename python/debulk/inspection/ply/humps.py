@@ -97,8 +97,9 @@ def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tupl
     for hump in humps:
         own_mm = 0.0
         if largest is not None:
+            nearest_mm = largest.origin_mm + largest.spacing_mm * largest.cells(np.array(hump.place_mm))
             reach_mm = largest.spacing_mm * np.ceil(np.sqrt(hump.area_mm2) / largest.spacing_mm)
-            shown = largest.values[largest.around(np.array([hump.place_mm, hump.place_mm]), reach_mm)]
+            shown = largest.values[largest.around(np.stack([nearest_mm, nearest_mm]), reach_mm)]
             own_mm = max(0.0, float(np.nan_to_num(shown).max(initial=0.0)))
         total_mm = hump.excess_mm + own_mm  # a scan's excess is measured from the reference with the hump in it
         ridge_mm = ridge_of(total_mm, recipe)

@@ -54,7 +54,6 @@ class Limits:
 
 
 LIMITS = Limits()
-_FAR_MM = 1e6  # beyond all heights
 _ROUND = 4 / math.pi  # a disc's diameter over its area over its diameter
 _FEWEST_PIXELS = 8  # along each side of an image
 _SEARCH = "the search for what the filters take for noise"
@@ -240,12 +239,12 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], Bools, Floats, float]:
 def _opened(height: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Return the opening of an image of heights; single samples that lie deep are closed first. NaN: not known."""
     side = max(3, 2 * round(window / 2) + 1)
-    unknown = ~(np.abs(height) < 0.5 * _FAR_MM)
+    unknown = ~(np.abs(height) < 0.5 * flying.FAR_MM)
     out = height.copy()
     for step, wide in ((cv2.dilate, 3), (cv2.erode, 3 + side - 1), (cv2.dilate, side)):
-        out[unknown] = -_FAR_MM if step is cv2.dilate else _FAR_MM  # what is not known takes no part
+        out[unknown] = -flying.FAR_MM if step is cv2.dilate else flying.FAR_MM  # what is not known takes no part
         step(out, cv2.getStructuringElement(cv2.MORPH_RECT, (wide, wide)), dst=out)
-        unknown = np.abs(out) > 0.5 * _FAR_MM
+        unknown = np.abs(out) > 0.5 * flying.FAR_MM
     out[unknown] = np.nan
     return out
 
