@@ -1,9 +1,9 @@
 """The command line.
 
-Exit codes of `inspect`: 0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED. The other commands end with 0 or
-2, `demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `repeat` with 1 where a
-figure differs, `batch` with 1 where a layup has no report. Of all: 70 is a fault of debulk's, 130 an interrupt or
-SIGTERM, 141 a pipe that nobody reads.
+Exit codes of `inspect`: 0 CEASE, 1 CREASE, 2 bad input, 3 INVALID, 4 UNDECIDED. The other commands end with 0 or 2,
+`demo` with 3 where its scan cannot be judged, `compare` with 1 where an outcome was wrong, `repeat` and `diff` with 1
+where something differs, `history check` with 1 where a record was changed, `batch` with 1 where a layup has no
+report. Of all: 70 is a fault of debulk's, 130 an interrupt or SIGTERM, 141 a pipe that nobody reads.
 """
 
 from __future__ import annotations

@@ -113,6 +113,13 @@ def test_nothing_complains_and_nothing_sticks_out(browser, pages, name, width):
     assert len(np.unique(browser.picture()[::4, ::4].astype(np.int32) @ [65536, 256, 1])) > 20
 
 
+@pytest.mark.parametrize("width", [360, 800, 1200])
+def test_a_link_of_the_checklist_keeps_its_line_beside_a_long_sentence(browser, pages, width):
+    browser.open(pages / "checks.html", width=width)
+    heights = browser.run("[...document.querySelectorAll('.deeds .at a')].map(a => a.getBoundingClientRect().height)")
+    assert len(heights) > 10 and max(heights) < 40
+
+
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("script", [False, True])
 def test_every_drawing_shows(browser, pages, dark, script):
