@@ -9,6 +9,7 @@ between which a ply sank differ on its pockets alone: its windows are near each 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -89,12 +90,10 @@ def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> fl
             looked[looked] = pocket.inside(setup.outline, xy)
         if np.count_nonzero(looked) < LIMITS.near_windows:
             return 0.0
-        row, column = (step * at[:, None, None] for at in np.nonzero(looked))
-        window = row + np.arange(side)[:, None], column + np.arange(side)
-        height = _along(scan[window], up)
+        height = _along(_windows(scan, side, step)[looked].reshape(-1, side, side, 3), up)
         height[~np.isfinite(height)] = np.nan
         if setup.mask is not None and setup.mask.shape == scan.shape[:2]:
-            height[setup.mask[window]] = np.nan
+            height[_windows(setup.mask[..., None], side, step)[looked]] = np.nan
         rest = _off_smooth(height.astype(np.float64))
     apart, share, upper = _halves(rest.reshape(len(rest), -1))
     upper = upper.reshape(rest.shape)
@@ -109,6 +108,13 @@ def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> fl
     shown[looked] = two
     near = cv2.boxFilter(shown, -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
     return float(np.median(apart[two])) if near.max() >= LIMITS.near_windows else 0.0
+
+
+def _windows(image: NDArray[Any], side: int, step: int) -> NDArray[Any]:
+    """Return the squares of so many pixels, of an image (H, W, K), as (R, C, side, side * K): each row in one piece."""
+    each = image.shape[2]
+    wide = np.lib.stride_tricks.sliding_window_view(image.reshape(len(image), -1), (side, side * each))
+    return wide[::step, :: step * each]
 
 
 def _along(points: NDArray[np.float32], up: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -136,13 +142,17 @@ def _off_smooth(height: Floats) -> Floats:
     along = np.arange(height.shape[1]) - (height.shape[1] - 1) / 2
     bends = [along, along**2 - np.mean(along**2), along**3 - along * ((along**4).sum() / (along**2).sum())]
     ways = [way for bend in bends for way in (bend[:, None], bend[None, :])] + [along[:, None] * along[None, :]]
-    known = np.isfinite(height)
-    count = np.maximum(known.sum(axis=(1, 2), keepdims=True), 1)
-    rest = np.where(known, height - np.where(known, height, 0).sum(axis=(1, 2), keepdims=True) / count, 0)
+    rest = height.reshape(len(height), -1).copy()  # 49 values in one row: NumPy works on rows
+    known = np.isfinite(rest)
+    unseen = np.nonzero(~known)
+    rest[unseen] = 0
+    rest -= rest.sum(axis=1, keepdims=True) / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    rest[unseen] = 0
     for way in ways:
-        whole = np.broadcast_to(way, height.shape[1:])
-        rest = np.where(known, rest - whole * ((rest * whole).sum(axis=(1, 2), keepdims=True) / (whole**2).sum()), 0)
-    return rest
+        whole = np.broadcast_to(way, height.shape[1:]).ravel()
+        rest -= whole * ((rest * whole).sum(axis=1, keepdims=True) / (whole**2).sum())
+        rest[unseen] = 0
+    return rest.reshape(height.shape)
 
 
 def _apart_mm(xy: Floats, height: Floats) -> float:
