@@ -381,7 +381,7 @@ class Inspector:
     ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
         """Look in the raw image for filled-in patches, what filters would hide, and the chain's signature."""
         image = self._filled.image_of(points, sample)
-        filled = self._filled.find(image, self.mask)
+        filled = self._filled.find(image, self.mask, stop)
         standing = self._narrow.find(image, self.mask, stop)
         return image, filled, standing, None if self._recogniser is None else self._recogniser.look(points, sample)
 

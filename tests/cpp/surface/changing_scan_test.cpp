@@ -16,7 +16,7 @@
 namespace debulk {
 namespace {
 
-constexpr int width = 320, height = 200, rounds = 100;
+constexpr int width = 320, height = 200, rounds = 50;
 
 std::vector<float> hill() {
   const View view = looking_down(width, height);

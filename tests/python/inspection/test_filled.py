@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import debulk
+import laid_ply
+from debulk import _core
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import noise_is_shared, squares_on
@@ -369,3 +371,20 @@ def test_heights_are_clipped_along_another_axis_than_the_scanners():
     scan = np.dstack([x + sideways, y, 500 - 0.3 * x + np.where(inside, -0.3 * sideways, noise)]).astype(np.float32)
     assert not any(part.wide_mm > 20 for part in _parts(scan, 1.0)[0])
     assert _is_middle(_parts(scan, 1.0, (UP, tuple((np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1)).tolist())))[0])
+
+
+def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt(monkeypatch):
+    inspector, scan = laid_ply.inspector(), laid_ply.scan(lambda x, y: 0 * x)
+    assert inspector.inspect(scan).verdict is Verdict.CEASE
+    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
+    late, cancelled = _core.Stop(), _core.Stop()
+    late.set_deadline(1e-9)
+    filled = inspector._filled.find(image, None, late)
+    assert "deadline" in filled.left_out()[0].why
+    cancelled.cancel()
+    with pytest.raises(_core.Stopped):
+        inspector._filled.find(image, None, cancelled)
+    monkeypatch.setattr(inspector._filled, "find", lambda *given: filled)
+    report = inspector.inspect(scan)
+    assert report.verdict is Verdict.UNDECIDED
+    assert [one.check for one in report.findings if one.at_best is Verdict.UNDECIDED] == ["deadline"]

@@ -63,7 +63,7 @@ CHECKS = (
     Check("raw_scan", lambda seen: [] if seen.standing.unknown is None else [seen.standing.unknown]),
     Check(
         "filled",
-        lambda seen: vouched.findings(seen.filled.made, seen.found, seen.ply.recipe),
+        lambda seen: [*vouched.findings(seen.filled.made, seen.found, seen.ply.recipe), *seen.filled.late],
         (filled.LIMITS, vouched.LIMITS, rounded.LIMITS),
     ),
     Check(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from debulk import _core
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
@@ -17,8 +18,11 @@ from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import MIDDLE
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
 from debulk.inspection.rawscan.vouched import UP, Axes, Made, asked_in
+from debulk.inspection.running.cycle import heed
 from debulk.recipe import options
+from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
+from debulk.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Limits:
 
 
 LIMITS = Limits()
+_SEARCH = "the search for what the scanner's software made"
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,8 @@ class Filled:
     """Why some or all such parts could not be found; empty if they could."""
     smoothed: Smoothed = field(default_factory=Smoothed)
     """Signs that the whole scan was smoothed."""
+    late: tuple[Finding, ...] = ()
+    """A finding, if a deadline cut the search off."""
 
     def left_out(self) -> tuple[LeftOut, ...]:
         """Say what could not be looked for."""
@@ -74,8 +81,20 @@ class FilledSearch:
         prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
         return laid_out(scan, pose, prepared.reference, box_mm, sample.pitch_mm, self._threads)
 
-    def find(self, image: CloudImage | None, mask: Bools | None) -> Filled:
-        """Search a scan's image; pixels at which the (H, W) mask of its own image is True are not used."""
+    def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Filled:
+        """Search a scan's image; pixels at which the (H, W) mask of its own image is True are not used.
+
+        A deadline of the stop ends the search with a finding.
+        """
+        try:
+            return self._find(image, mask, stop or _core.Stop())
+        except _core.Stopped:
+            if stop is None or stop.cancelled:
+                raise
+            late = Finding("deadline", Verdict.UNDECIDED, f"the deadline passed before the end of {_SEARCH}")
+            return Filled(unknown="the deadline passed", late=(late,))
+
+    def _find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop) -> Filled:
         if image is None:
             return Filled(unknown="too few points lie on the ply to lay them out as an image")
         if min(image.points.shape[:2]) < 2 * MIDDLE or not np.isfinite(image.pitch_mm):
@@ -83,8 +102,10 @@ class FilledSearch:
         wide_mm, laid = 2 * float(np.sqrt(self._least_mm2 / np.pi)), image.laid
         mask = None if laid else mask
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
+            heed(stop, _SEARCH)
             smoothed = self.smoothed.find(image, lambda points: self._lie(points, laid=laid)[1], wide_mm, mask)
-            made, unknown = ((), "") if smoothed.shared_mm else self._not_vouched(image, mask)
+            heed(stop, _SEARCH)
+            made, unknown = ((), "") if smoothed.shared_mm else self._not_vouched(image, mask, stop)
         seen_mm = LIMITS.seen_pixels * image.pitch_mm
         if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
@@ -100,15 +121,17 @@ class FilledSearch:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._lie(points)[1]
 
-    def _not_vouched(self, image: CloudImage, mask: Bools | None) -> tuple[tuple[Made, ...], str]:
+    def _not_vouched(self, image: CloudImage, mask: Bools | None, stop: _core.Stop) -> tuple[tuple[Made, ...], str]:
         axes = (UP,) if image.laid else self._axes
         if not image.laid:  # a scan often shows much more than the ply
             window = window_of(image.points, self._near_ply)
             part, mask = image.points[window], None if mask is None else mask[window]
             image = CloudImage(part, part, image.pitch_mm)
-        asked = asked_in(image, mask, axes, self._threads)
+        heed(stop, _SEARCH)
+        asked = asked_in(image, mask, axes, self._threads, stop)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
         moved, on_ply = self._lie(places, laid=image.laid)
+        heed(stop, _SEARCH)
         return made_in(image, asked, moved.reshape(*shape, 3)[..., :2], on_ply.reshape(shape), axes)
 
     def _near_ply(self, points: Cloud) -> Bools:

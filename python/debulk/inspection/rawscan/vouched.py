@@ -95,11 +95,13 @@ class Made(NamedTuple):
         return "repeat depths of their neighbours" if self.copied >= self.wild else "scatter many times as much"
 
 
-def asked_in(image: CloudImage, mask: Bools | None, axes: Axes = (UP,), threads: int = 0) -> Asked:
+def asked_in(
+    image: CloudImage, mask: Bools | None, axes: Axes = (UP,), threads: int = 0, stop: _core.Stop | None = None
+) -> Asked:
     """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
     step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
     apart, copied = _core.cloud.fourth_differences(
-        image.heights, image.points, step, axes, threads=threads, stop=_core.Stop()
+        image.heights, image.points, step, axes, threads=threads, stop=stop or _core.Stop()
     )
     points = beside(image.heights, step, 0, 0).copy()
     if mask is not None and mask.shape == image.points.shape[:2]:
