@@ -50,7 +50,6 @@ wheel_for() { # PYTHON_OF_THE_VERSION VERSION
         "$1" -m pip install -r "$work/$2/build.txt"
         "$1" -m pip wheel --no-build-isolation --no-deps --wheel-dir "$wheels" --config-settings=build-dir="$work/$2/build" \
             --config-settings=cmake.define.DEBULK_ROOMS="$PWD/$work/rooms" \
-            --config-settings=cmake.define.CMAKE_INTERPROCEDURAL_OPTIMIZATION=OFF \
             --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON .
     fi
 }
