@@ -207,10 +207,8 @@ def calibrate(
         from debulk.recipe import Recipe
 
         settings = Recipe() if recipe is None else Recipe.load(recipe)
-        ply = settings.material
-        flat_mm, costs = ply.thickness_mm / ply.bulk_factor, Costs(missed, needless)
-        present_mm = settings.verdict.max_ridge_mm
-        found = learned(History(_there(history)), present_mm, ply.thickness_mm, costs, within, flat_mm=flat_mm)
+        ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
+        found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
         if output is not None:
             if not found.limit_mm > 0:
                 raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")

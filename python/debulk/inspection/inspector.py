@@ -20,8 +20,7 @@ from debulk.forking import Guard
 from debulk.grid import Grid
 from debulk.history.kept import history_of
 from debulk.inspection import inspector_file, reporting
-from debulk.inspection.checks import shared_runs
-from debulk.inspection.checks.seen import Judged, Recognised, Seen
+from debulk.inspection.checks.seen import Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, hide, owned
 from debulk.inspection.clouds.thinning import thinned
@@ -39,7 +38,6 @@ from debulk.inspection.ply.angle_field import nominal_on
 from debulk.inspection.ply.fibre_angles import Angles, checked_angles, laid
 from debulk.inspection.ply.humps import Hump, humps_of, named
 from debulk.inspection.ply.ply_on_mold import PlyOnMold, Setup
-from debulk.inspection.rawscan import scattered
 from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
@@ -415,10 +413,9 @@ class Inspector:
                     pockets, done = pockets + more, done + evaluate_all(more, ply, cycle, 1.0)
                     if self.recipe.run.audit:
                         done = audit(pockets, done, ply, cycle)
-                reports = shared_runs.named([one.report for one in done], pockets, ply)
         with cycle.stage("raw scan", 1.0):  # wait for the search that has run in parallel since the stage "level"
             image, filled, standing, recognised = searched()
-            judged = Judged(pockets, done, scattered.told(reports, standing), late)
+            judged = reporting.judged_of(pockets, done, ply, standing, late=late)
             if image is not None and placed.edge is not None:
                 filled = self._filled.at(placed.edge, filled, image, self.mask)
         with cycle.stage("report", 1.0):

@@ -6,7 +6,7 @@ The nets and minima that a verdict did not need are made when somebody looks, to
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -17,15 +17,17 @@ from debulk.inspection import left_out
 from debulk.inspection.checks import shared_runs
 from debulk.inspection.checks.check import findings_of
 from debulk.inspection.checks.listed import CHECKS
-from debulk.inspection.checks.seen import Seen
+from debulk.inspection.checks.seen import Judged, Seen
 from debulk.inspection.evaluate.evaluated import Evaluation
 from debulk.inspection.evaluate.evaluation import settle
+from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes import unseen
 from debulk.inspection.lines import places
 from debulk.inspection.place.placing import Placed
 from debulk.inspection.ply import humps
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.rawscan import lost_places, scattered
+from debulk.inspection.rawscan.narrow import Standing
 from debulk.report import Report
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -35,6 +37,14 @@ from debulk.verdict import Verdict
 from debulk.workers import Workers
 
 log = logging.getLogger("debulk")
+
+
+def judged_of(
+    pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOnMold, standing: Standing, *, late: bool
+) -> Judged:
+    """Put the evaluations of pockets together, with what each one's report says about the others and its points."""
+    reports = shared_runs.named([one.report for one in done], pockets, ply)
+    return Judged(pockets, done, scattered.told(reports, standing), late)
 
 
 def report(seen: Seen, timings_ms: dict[str, float]) -> Report:
@@ -114,9 +124,7 @@ def unsettled(given: Report, seen: Seen) -> Report:
     def whole() -> Report:
         with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
             again = list(pool.map(lambda one, make: make() if make else one, judged.evaluations, later))
-        reports = shared_runs.named([one.report for one in again], judged.pockets, ply)
-        reports = scattered.told(reports, seen.standing)
-        return report(replace(seen, judged=replace(judged, evaluations=again, reports=reports)), {})
+        return report(replace(seen, judged=judged_of(judged.pockets, again, ply, seen.standing, late=judged.late)), {})
 
     pockets = tuple(
         one if make is None else UnsettledPocket.of(one, _report_of(make))

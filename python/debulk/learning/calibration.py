@@ -101,7 +101,7 @@ def calibrate(
     costs: Costs | None = None,
     wanted_mm: float = 0.05,
     prior: Prior | None = None,
-    flat_mm: float = 0.25,
+    bulk_factor: float = 1.2,
 ) -> Calibrated:
     """Learn the limit of a ridge from what became of a history's pockets.
 
@@ -121,8 +121,8 @@ def calibrate(
         Half the width of the 95 % interval of the limit that is wanted.
     prior
         None: `Prior()`.
-    flat_mm
-        What a ply without any wrinkle has, ``material.thickness_mm`` by ``material.bulk_factor``: no limit is below.
+    bulk_factor
+        ``material.bulk_factor``: the thickness divided by it is what a ply without any wrinkle has. No limit is below.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def calibrate(
     costs = costs or Costs()
     found = posterior(known, prior)
     limit = cost_limit_mm(found, costs)
-    limit = limit if limit > flat_mm else 0.0
+    limit = limit if limit > thickness_mm / bulk_factor else 0.0
     best, best_mm = _best(found)
     lacking = (1.96 / wanted_mm) ** 2 - 1 / found.limit_sd_mm**2
     usual = float(found.information(all_ridges[:: max(1, len(all_ridges) // 500)]).mean()) if len(all_ridges) else 0.0

@@ -18,11 +18,10 @@ from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import MIDDLE
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
 from debulk.inspection.rawscan.vouched import UP, Axes, Made, asked_in
-from debulk.inspection.running.cycle import heed
+from debulk.inspection.running.cycle import heed, or_late
 from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
-from debulk.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -86,13 +85,12 @@ class FilledSearch:
 
         A deadline of the stop ends the search with a finding.
         """
-        try:
-            return self._find(image, mask, stop or _core.Stop())
-        except _core.Stopped:
-            if stop is None or stop.cancelled:
-                raise
-            late = Finding("deadline", Verdict.UNDECIDED, f"the deadline passed before the end of {_SEARCH}")
-            return Filled(unknown="the deadline passed", late=(late,))
+        return or_late(
+            lambda: self._find(image, mask, stop or _core.Stop()),
+            stop,
+            f"the end of {_SEARCH}",
+            lambda late: Filled(unknown="the deadline passed", late=(late,)),
+        )
 
     def _find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop) -> Filled:
         if image is None:

@@ -25,7 +25,7 @@ from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, Setup
-from debulk.inspection.running.cycle import heed
+from debulk.inspection.running.cycle import heed, or_late
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
@@ -122,13 +122,12 @@ class NarrowSearch:
             return _not_searched("the pitch of the scan's pixels is not known")
         if max(pitches_mm) > LIMITS.coarsest_mm:
             return _not_searched(f"the pixels are {max(pitches_mm):.2g} mm apart")
-        try:
-            return self._find(image, None if image.laid else mask, pitches_mm, stop or _core.Stop())
-        except _core.Stopped:
-            if stop is None or stop.cancelled:
-                raise
-            why = "the deadline passed before the scan was searched for what the filters take for noise"
-            return _not_searched("the deadline passed", Finding("deadline", Verdict.UNDECIDED, why))
+        return or_late(
+            lambda: self._find(image, None if image.laid else mask, pitches_mm, stop or _core.Stop()),
+            stop,
+            "the scan was searched for what the filters take for noise",
+            lambda late: _not_searched("the deadline passed", late),
+        )
 
     def _find(
         self, image: CloudImage, mask: Bools | None, pitches_mm: tuple[float, float], stop: _core.Stop

@@ -12,7 +12,9 @@ from typing import Any, TypeVar
 
 from debulk import _core
 from debulk._core import InputError
+from debulk.results.finding import Finding
 from debulk.stopping import known
+from debulk.verdict import Verdict
 from debulk.workers import Workers
 
 log = logging.getLogger("debulk")
@@ -117,6 +119,18 @@ def heed(stop: _core.Stop | None, what: str) -> None:
     """Raise `Stopped`, with `what` in its message, if the stop is raised or its deadline has passed."""
     if stop is not None and stop.now():
         raise _core.Stopped(f"{what} was stopped")
+
+
+def or_late(
+    search: Callable[[], Result], stop: _core.Stop | None, what: str, late: Callable[[Finding], Result]
+) -> Result:
+    """Return what a search gives; if the stop's deadline ends it, what `late` makes of a finding that says so."""
+    try:
+        return search()
+    except _core.Stopped:
+        if stop is None or stop.cancelled:
+            raise
+        return late(Finding("deadline", Verdict.UNDECIDED, f"the deadline passed before {what}"))
 
 
 @dataclass
