@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 import debulk
 import spar
 from debulk import Verdict
+from debulk.inspection.evidence import two_layers
 from debulk.recipe import options
 
 
@@ -45,6 +48,21 @@ def test_two_layers_in_one_list_of_points_are_named(share):
     assert report.reason.startswith("the scan holds two layers, 0.2"), report.reason
     alone = inspected(scan.reshape(-1, 3), reference, outline, 0.2)
     assert all(finding.check != "two_layers" for finding in alone.findings)
+
+
+@pytest.mark.parametrize("mixed", [True, False])
+def test_a_crowd_of_points_in_one_window_takes_no_square_of_its_memory(mixed):
+    """As a list in metres has it; two layers are told from a step there as in any window."""
+    rng = np.random.default_rng(0)
+    xy = rng.uniform(0, 0.2, (20_000, 2))
+    upper = rng.random(len(xy)) < 0.4 if mixed else xy[:, 0] > 0.1
+    tracemalloc.start()
+    try:
+        apart = two_layers._apart_mm(xy, 0.3 * upper + rng.normal(0, 0.02, len(xy)))
+        assert tracemalloc.get_traced_memory()[1] < 1e8
+    finally:
+        tracemalloc.stop()
+    assert apart == (pytest.approx(0.3, abs=0.01) if mixed else 0.0)
 
 
 @pytest.mark.parametrize("way", ["rows", "columns", "pixels"])
