@@ -178,9 +178,10 @@ def _read_header(source: Source) -> dict[str, tuple[int, list[str]]]:
         words = line.split()
         if not words or words[0].startswith("#"):
             continue
-        if words[0] not in _KEYS or words[0] in lines:
+        key = "FIELDS" if words[0] == "COLUMNS" else words[0]  # its name up to version .5, which PCL reads as well
+        if key not in _KEYS or key in lines:
             source.fail(offset, f"a header line that is not PCD, or comes twice: {line[:60]!r}")
-        lines[words[0]] = (offset, words[1:])
+        lines[key] = (offset, words[1:])
     return lines
 
 

@@ -78,7 +78,7 @@ class History:
 
     @typed
     def add(self, report: Report) -> int:
-        """Store a report, settled, and return the number of its record.
+        """Store a report, settled, and return the number of its record; one that is there already is not stored again.
 
         Raises
         ------
@@ -90,7 +90,8 @@ class History:
         kept = report
         if not self.pictures:
             kept = dataclasses.replace(report, height_map=None, excess_map=None, shear_map=None)
-        return self._add("report", None, codec.dumps(kept, REPORT), lambda number: rows.of_report(number, report))
+        text = codec.dumps(kept, REPORT)
+        return self._add("report", None, text, lambda number: rows.of_report(number, report), _known(report))
 
     @typed
     def add_comparison(self, comparison: Comparison, report: Report) -> int:
@@ -101,7 +102,7 @@ class History:
         InputError
             As for `add`.
         """
-        of = self.number_of(report) or self.add(report)
+        of = self.add(report)
         kept = comparison if self.pictures else dataclasses.replace(comparison, height_map=None)
         text = codec.dumps(kept, COMPARISON)
         return self._add("comparison", of, text, lambda number: rows.of_comparison(number, of, comparison))
@@ -161,14 +162,11 @@ class History:
         return comparison
 
     def number_of(self, report: Report) -> int | None:
-        """Return the record of a report by the time and the scan of its inspection; None if it is not there."""
-        if report.trace is None or not self.path.is_file():
+        """Return the record of a report by the time, scan and recipe of its inspection; None if it is not there."""
+        if not self.path.is_file():
             return None
-        row = next(one for one in rows.of_report(0, report) if isinstance(one, LayupRow))
-        query = "SELECT max(record) FROM layup WHERE time_utc = ? AND scan = ? AND part = ? AND ply = ?"
         with connected(self.path) as connection:
-            number: int | None = connection.execute(query, (row.time_utc, row.scan, row.part, row.ply)).fetchone()[0]
-        return number
+            return _known(report)(connection)
 
     @typed
     def kind(self, record: int) -> str:
@@ -243,10 +241,19 @@ class History:
         with connected(self.path) as connection:
             return checked(connection, head)
 
-    def _add(self, kind: str, of: int | None, text: str, made: Callable[[int], list[Row]]) -> int:
+    def _add(
+        self,
+        kind: str,
+        of: int | None,
+        text: str,
+        made: Callable[[int], list[Row]],
+        known: Callable[[sqlite3.Connection], int | None] = lambda _: None,
+    ) -> int:
         body = zlib.compress(text.encode("utf-8", "backslashreplace"), _FAST)
         now = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         with connected(self.path, write=True) as connection:
+            if there := known(connection):  # asked where nobody else writes, or two that add it at once both would
+                return there
             number, previous = _last(connection)
             number += 1
             tables = rows.as_tuples(made(number))
@@ -267,6 +274,21 @@ class History:
             return zlib.decompress(row[0] if row else b"")
         except zlib.error as error:
             raise InputError(f"{self.path}: record {record} was damaged: {error}") from None
+
+
+def _known(report: Report) -> Callable[[sqlite3.Connection], int | None]:
+    """Return what finds the record of a report by the time, the scan and the recipe of its inspection."""
+    if report.trace is None:
+        return lambda _: None
+    row = next(one for one in rows.of_report(0, report) if isinstance(one, LayupRow))
+    query = "SELECT max(record) FROM layup WHERE time_utc = ? AND scan = ? AND recipe = ? AND part = ? AND ply = ?"
+    key = row.time_utc, row.scan, row.recipe, row.part, row.ply
+
+    def known(connection: sqlite3.Connection) -> int | None:
+        number: int | None = connection.execute(query, key).fetchone()[0]
+        return number
+
+    return known
 
 
 def _last(connection: sqlite3.Connection) -> tuple[int, str]:

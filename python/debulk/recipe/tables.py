@@ -27,7 +27,9 @@ Limit = Annotated[float, Field(gt=0, le=10)]  # as the thickness: 600 is a limit
 class Material(Section):
     """The ply: one layer of uncured prepreg."""
 
-    thickness_mm: float = Field(default=_PLY.thickness_mm, gt=0, le=10, description="thickness t of the uncured ply")
+    thickness_mm: float = Field(  # in metres or micrometres it would be outside
+        default=_PLY.thickness_mm, ge=0.01, le=10, description="thickness t of the uncured ply"
+    )
     young_mpa: Positive = Field(default=_PLY.young_mpa, description="modulus E that bends the ply, along both fibres")
     shear_mpa: Positive = Field(default=_PLY.shear_mpa, description="in-plane shear modulus G")
     density_kg_m3: Positive = Field(default=_PLY.density_kg_m3, description="density of the uncured ply")

@@ -140,8 +140,9 @@ def test_pcd_padded_text_and_double(tmp_path):
     text = pcd(
         b"9 9 30 20 10\n9 9 60 nan 40\n", "ascii", FIELDS="n z y x", SIZE="4 4 4 4", TYPE="F F F F", COUNT="2 1 1 1"
     )
+    old = pcd(TWO.tobytes()).replace(b"FIELDS", b"COLUMNS")
     bare = b"# a comment\n" + pcd(TWO.tobytes(), COUNT=None, VIEWPOINT=None, POINTS=None)
-    for data in (wide, text, bare.replace(b"# a comment", b"# .PCD v0.7")):
+    for data in (wide, text, old, bare.replace(b"# a comment", b"# .PCD v0.7")):
         (tmp_path / "a.pcd").write_bytes(data)
         np.testing.assert_array_equal(files.load_cloud(tmp_path / "a.pcd"), TWO)
 

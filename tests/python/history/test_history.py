@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pyarrow.parquet
@@ -120,6 +121,18 @@ def test_a_comparison_brings_its_report_with_it(tmp_path, report):
         there.report(9)
 
 
+def test_a_report_that_several_add_at_once_is_there_once(tmp_path, report):
+    """Of two records of one inspection the second would count twice in what is learned from outcomes."""
+    there = History(tmp_path / "c.sqlite")
+    with ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(lambda _: there.add(report), range(8))) == {1}
+    assert there.add(of(report, part="another")) == 2
+    other = dataclasses.replace(report, recipe={**report.recipe, "of": "somebody else"})
+    assert there.add(other) == 3
+    assert there.add_comparison(compared(report), report) == 4
+    assert len(there.find()) == 3
+
+
 def test_the_word_of_an_operator_is_kept(history):
     assert history.add_outcome(1, 3, "crease", by="A. Smith", note="seen under light") == 4
     for wrong, message in (((1, 99, "crease"), "no pocket 99 in record 1"), ((1, 3, "good"), "measured: expected")):
@@ -224,7 +237,8 @@ def test_a_full_disk_costs_no_verdict_and_no_record(tmp_path, report):
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({4096 * pages}, {4096 * pages}));"
         "report = Report.load(sys.argv[2]); there = History(sys.argv[1], pictures=True);"
-        "kept = [there.keep(report) for _ in range(3)]; print(kept[-1].warnings[-1])"
+        "from dataclasses import replace; traces = [replace(report.trace, context={'ply': k}) for k in range(3)];"
+            "kept = [there.keep(replace(report, trace=trace)) for trace in traces]; print(kept[-1].warnings[-1])"
     )
     report.save(tmp_path / "r.json")
     done = subprocess.run(

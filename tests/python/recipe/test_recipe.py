@@ -97,7 +97,7 @@ def test_all_wrong_values_come_in_one_error():
     )
     assert text.startswith("9 wrong values")
     for part in (
-        "material.thickness_mm: expected a number greater than 0, got -0.3",
+        "material.thickness_mm: expected a number at least 0.01, got -0.3",
         "material.bulk_factor: expected a number at least 1, got 0.9",
         "material.young_mpa: expected a number, got 'soft'",
         "net.spacing_mm: expected a finite number, got nan",
@@ -194,7 +194,7 @@ def test_the_limit_of_the_rms_follows_a_thicker_ply_unless_it_is_set():
 
 
 def test_sections_alone_are_checked_too():
-    assert error_of(Material, thickness_mm=0) == "thickness_mm: expected a number greater than 0, got 0"
+    assert error_of(Material, thickness_mm=0.0003) == "thickness_mm: expected a number at least 0.01, got 0.0003"
     assert Recipe(material=Material(thickness_mm=0.2)).material.thickness_mm == 0.2
 
 
