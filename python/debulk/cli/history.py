@@ -98,7 +98,7 @@ def add(
     history: File,
     files: Annotated[list[Path], typer.Argument(help="Reports, .json, as debulk inspect or Report.save wrote them.")],
 ) -> None:
-    """Add reports from files; those that are there already, by the time, scan and recipe of their inspection, are not."""
+    """Add reports from files; those already there, by time, scan and recipe of the inspection, are not."""
     with outcome():
         from debulk.history import History
         from debulk.report import Report

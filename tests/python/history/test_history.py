@@ -238,7 +238,7 @@ def test_a_full_disk_costs_no_verdict_and_no_record(tmp_path, report):
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({4096 * pages}, {4096 * pages}));"
         "report = Report.load(sys.argv[2]); there = History(sys.argv[1], pictures=True);"
         "from dataclasses import replace; traces = [replace(report.trace, context={'ply': k}) for k in range(3)];"
-            "kept = [there.keep(replace(report, trace=trace)) for trace in traces]; print(kept[-1].warnings[-1])"
+        "kept = [there.keep(replace(report, trace=trace)) for trace in traces]; print(kept[-1].warnings[-1])"
     )
     report.save(tmp_path / "r.json")
     done = subprocess.run(
