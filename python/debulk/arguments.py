@@ -28,6 +28,8 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 # Our classes by name, since a class that is not imported yet cannot have been passed; and how to get an instance.
 _CLASSES = {
     "Chain": ("debulk.Chain", "debulk.Chain.load() reads one"),
+    "History": ("debulk.history.History", "debulk.history.History() opens one"),
+    "Outcomes": ("debulk.learning.Outcomes", "debulk.learning.Outcomes() makes one"),
     "Recipe": ("debulk.Recipe", "debulk.Recipe.load() reads one"),
     "Report": ("debulk.Report", "debulk.Report.load() reads one"),
     "Calibration": ("debulk.scanner.Calibration", "debulk.scanner.Calibration.load() reads one"),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.history.store import History
 from debulk.history.tables import connected
 from debulk.learning.detection import Pod, pod
@@ -94,6 +95,7 @@ class Calibrated:
         return recipe.model_copy(update={"verdict": limits, "uncertainty": unsure})
 
 
+@typed
 def calibrate(
     history: History,
     present_mm: float = 0.60,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
+from debulk.arguments import typed
 from debulk.arrays import Floats
 
 _LIMITS_MM = np.linspace(0.01, 2.0, 399)
@@ -109,6 +110,7 @@ class Posterior:
         return total
 
 
+@typed
 def posterior(outcomes: Outcomes, prior: Prior | None = None) -> Posterior:
     """Return what outcomes say about the limit.
 
@@ -132,7 +134,7 @@ def posterior(outcomes: Outcomes, prior: Prior | None = None) -> Posterior:
     >>> low < 0.7 < high and high - low < 0.1
     True
     """
-    ridge, noise, creased = outcomes.ridge_mm, outcomes.noise_mm, outcomes.creased
+    ridge, noise, creased = np.asarray(outcomes.ridge_mm), np.asarray(outcomes.noise_mm), np.asarray(outcomes.creased)
     if not len(ridge) == len(noise) == len(creased):
         raise InputError(f"outcomes: expected equal lengths, got {len(ridge)}, {len(noise)} and {len(creased)}")
     if not (np.isfinite(ridge).all() and np.isfinite(noise).all()):

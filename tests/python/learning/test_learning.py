@@ -277,3 +277,20 @@ def test_a_limit_that_every_ply_exceeds_is_none(history, tmp_path):
     assert done.exit_code == 0 and "proposed: no limit" in done.stdout
     assert CliRunner().invoke(app, [*words, "-o", str(tmp_path / "proposed.toml")]).exit_code == 2
     assert not (tmp_path / "proposed.toml").exists()
+
+
+def test_the_least_limit_is_that_of_the_ply(history):
+    """A proposal that the debulked ply itself exceeds is none: at a factor of 1 it keeps all its thickness."""
+    proposed = calibrate(history).limit_mm
+    assert calibrate(history, thickness_mm=proposed + 0.01, bulk_factor=1.0).limit_mm == 0
+    assert calibrate(history, thickness_mm=proposed + 0.01, bulk_factor=1.1).limit_mm == proposed
+
+
+def test_arguments_of_another_kind_are_named():
+    with pytest.raises(InputError, match="outcomes: expected a debulk.learning.Outcomes, but got an array"):
+        posterior(np.zeros(3))
+    with pytest.raises(InputError, match="history: expected a debulk.history.History, but got 'cell.sqlite'"):
+        calibrate("cell.sqlite")
+    listed = Outcomes([0.3, 0.9], [0.01, 0.01], [False, True])
+    arrays = Outcomes(np.array([0.3, 0.9]), np.array([0.01, 0.01]), np.array([False, True]))
+    assert posterior(listed).limit_mm == posterior(arrays).limit_mm
