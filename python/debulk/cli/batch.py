@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from debulk.cli.given import RecipeFile
-from debulk.cli.support import outcome, shown_progress
+from debulk.cli.support import shown_progress
 
 if TYPE_CHECKING:
     from debulk.batch import Batch
@@ -28,21 +28,20 @@ def batch(
     Killed at any moment, the same command goes on where it ended: what the history holds by this recipe and build is
     not inspected again. Ends with 1 if a layup has no report.
     """
-    with outcome():
-        from debulk.batch import layups, run
-        from debulk.recipe import Recipe
+    from debulk.batch import layups, run
+    from debulk.recipe import Recipe
 
-        found = layups(archive)
-        settings = Recipe() if recipe is None else Recipe.load(recipe)
-        with shown_progress() as progress:
+    found = layups(archive)
+    settings = Recipe() if recipe is None else Recipe.load(recipe)
+    with shown_progress() as progress:
 
-            def shown(so_far: Batch) -> None:
-                progress("layups", so_far.total / len(found))
+        def shown(so_far: Batch) -> None:
+            progress("layups", so_far.total / len(found))
 
-            result = run(found, settings, history, scheduler, workers, shown)
-        for (part, ply), wrong in sorted(result.wrong.items()):
-            print(f"no report: {part}{f' ply {ply}' if ply else ''}: {wrong}")
-        said = ", ".join(f"{count} {name}" for name, count in sorted(result.verdicts.items()))
-        print(f"{len(found)} layups: {result.done} were there already, {said or 'none new'}, {len(result.wrong)} wrong")
+        result = run(found, settings, history, scheduler, workers, shown)
+    for (part, ply), wrong in sorted(result.wrong.items()):
+        print(f"no report: {part}{f' ply {ply}' if ply else ''}: {wrong}")
+    said = ", ".join(f"{count} {name}" for name, count in sorted(result.verdicts.items()))
+    print(f"{len(found)} layups: {result.done} were there already, {said or 'none new'}, {len(result.wrong)} wrong")
     if result.wrong:
         raise typer.Exit(1)

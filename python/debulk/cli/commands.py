@@ -21,15 +21,17 @@ from debulk.cli import batch as cli_batch
 from debulk.cli import history as cli_history
 from debulk.cli import pages, qualifying, scanning, serving
 from debulk.cli import tools as cli_tools
+from debulk.cli.command import command
 from debulk.cli.examples import epilog
 from debulk.cli.given import Approved, ChainFile, Given, Outputs, size_of
-from debulk.cli.loudness import print_json, with_loudness
+from debulk.cli.loudness import print_json
 from debulk.cli.support import (
     DETAILS,
     EXIT_CODES,
     JSON,
     chain_of,
     check_output,
+    make_folder,
     outcome,
     show,
     shown_progress,
@@ -98,8 +100,7 @@ def _options(
         raise typer.Exit
 
 
-@app.command(epilog=epilog("inspect"))
-@with_loudness
+@command(app, "inspect")
 def inspect(
     scan: Annotated[Path, typer.Argument(help="Cloud of the draped ply: .npy, .npz, .ply, .pcd, .ptx or text.")],
     reference: Annotated[Path, typer.Option(help="Cloud of what lay there before this ply was draped.")],
@@ -122,49 +123,47 @@ def inspect(
     as_json: JSON = False,
 ) -> None:
     """Inspect a scan: find its air pockets and predict which of them survive debulking."""
-    with outcome():
-        outputs = output or []
-        for path in outputs:
-            check_output(path, *ENDINGS)
-        kept = dict(_named(text) for text in context or [])
-        if deadline is not None and not 0 < deadline < float("inf"):
-            raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
+    outputs = output or []
+    for path in outputs:
+        check_output(path, *ENDINGS)
+    kept = dict(_named(text) for text in context or [])
+    if deadline is not None and not 0 < deadline < float("inf"):
+        raise InputError(f"--deadline: expected a positive number of seconds, got {deadline:g}")
 
-        from debulk.files import load_angles
-        from debulk.files.clouds import read_cloud
-        from debulk.history.kept import history_of
+    from debulk.files import load_angles
+    from debulk.files.clouds import read_cloud
+    from debulk.history.kept import history_of
 
-        kept_in, settings, qualified = history_of(history), given.read(), chain_of(chain)
-        measured = None if measured_angles is None else load_angles(measured_angles, given.in_frame)
-        with shown_progress() as progress:
-            progress("reading", 0.0)
-            reference_cloud = read_cloud(reference, given.unit)
-            progress("reading", 0.5)
-            scan_cloud = read_cloud(scan, given.unit)
-            progress("reading", 1.0)
+    kept_in, settings, qualified = history_of(history), given.read(), chain_of(chain)
+    measured = None if measured_angles is None else load_angles(measured_angles, given.in_frame)
+    with shown_progress() as progress:
+        progress("reading", 0.0)
+        reference_cloud = read_cloud(reference, given.unit)
+        progress("reading", 0.5)
+        scan_cloud = read_cloud(scan, given.unit)
+        progress("reading", 1.0)
 
-            from debulk.inspection.inspector import Inspector
+        from debulk.inspection.inspector import Inspector
 
-            inspector = Inspector(
-                reference=reference_cloud.values, progress=progress, approved=approved, chain=qualified, **settings
-            )
-            report = inspector.inspect(
-                scan_cloud.values, deadline, progress, context=kept, fibre_angles_deg=measured
-            ).settle()
-        read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
-        notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
-        source = {"scan": scan.name, "reference": reference.name, **report.source}
-        if given.recipe is not None:
-            source["recipe"] = given.recipe.name
-        report = report.changed(source=source, warnings=(*notes, *report.warnings))
-        if kept_in is not None:
-            report = kept_in.keep(report)
-        _leave(report, outputs, details, as_json)
-        raise typer.Exit(EXIT_CODES[report.verdict])
+        inspector = Inspector(
+            reference=reference_cloud.values, progress=progress, approved=approved, chain=qualified, **settings
+        )
+        report = inspector.inspect(
+            scan_cloud.values, deadline, progress, context=kept, fibre_angles_deg=measured
+        ).settle()
+    read = ((scan.name, scan_cloud), (reference.name, reference_cloud))
+    notes = [f"{name}: {note}" for name, cloud in read for note in cloud.notes]
+    source = {"scan": scan.name, "reference": reference.name, **report.source}
+    if given.recipe is not None:
+        source["recipe"] = given.recipe.name
+    report = report.changed(source=source, warnings=(*notes, *report.warnings))
+    if kept_in is not None:
+        report = kept_in.keep(report)
+    _leave(report, outputs, details, as_json)
+    raise typer.Exit(EXIT_CODES[report.verdict])
 
 
-@app.command(epilog=epilog("demo"))
-@with_loudness
+@command(app, "demo")
 def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report.")] = Path("debulk-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Of the virtual layup.")] = 0,
@@ -179,79 +178,72 @@ def demo(
 
     Some of its pockets crease; the exit code is 0 nevertheless, unless the scan cannot be judged.
     """
-    with outcome():
-        size = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1280x960")
-        try:
-            output.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{output}: cannot be made: {error.strerror or error}") from None
+    size = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1280x960")
+    make_folder(output)
 
-        from debulk.recipe import Recipe
+    from debulk.recipe import Recipe
 
-        recipe = Recipe()
-        with shown_progress() as progress:
-            progress("making the layup", 0.0)
-            from debulk.inspection.inspector import Inspector
-            from debulk.scenes import layup
+    recipe = Recipe()
+    with shown_progress() as progress:
+        progress("making the layup", 0.0)
+        from debulk.inspection.inspector import Inspector
+        from debulk.scenes import layup
 
-            scene = layup(seed=seed, pixels=size)
-            progress("making the layup", 1.0)
-            if fringes:
-                scene = scanning.scanned(scene, size, progress)
-            inspector = Inspector(
-                recipe,
-                scene.reference,
-                ply_outline=scene.ply_outline,
-                fibre_angles_deg=(0, 90),
-                mold_from_scanner=scene.mold_from_scanner,
-                camera=scene.camera,
-                progress=progress,
-            )
-            context = {"part": "virtual layup", "seed": seed}
-            report = inspector.inspect(scene.scan, progress=progress, context=context).settle()
-        from debulk.results.report_text import fold
+        scene = layup(seed=seed, pixels=size)
+        progress("making the layup", 1.0)
+        if fringes:
+            scene = scanning.scanned(scene, size, progress)
+        inspector = Inspector(
+            recipe,
+            scene.reference,
+            ply_outline=scene.ply_outline,
+            fibre_angles_deg=(0, 90),
+            mold_from_scanner=scene.mold_from_scanner,
+            camera=scene.camera,
+            progress=progress,
+        )
+        context = {"part": "virtual layup", "seed": seed}
+        report = inspector.inspect(scene.scan, progress=progress, context=context).settle()
+    from debulk.results.report_text import fold
 
-        source = {
-            "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"
-            + (", from fringe images" if fringes else ""),
-            "what this shows": _shown_by_demo(scene, report),
-        }
-        report = report.changed(source=source | report.source)
-        show(lambda width: fold(source["what this shows"], width))
-        if keep_files:
-            _keep_files(output, scene, recipe)
-        _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")], details)
-        raise typer.Exit(EXIT_CODES[Verdict.INVALID] if report.verdict is Verdict.INVALID else 0)
+    source = {
+        "scan": f"virtual layup, seed {seed}, {size[0]} x {size[1]} pixels"
+        + (", from fringe images" if fringes else ""),
+        "what this shows": _shown_by_demo(scene, report),
+    }
+    report = report.changed(source=source | report.source)
+    show(lambda width: fold(source["what this shows"], width))
+    if keep_files:
+        _keep_files(output, scene, recipe)
+    _leave(report, [output / f"report.{kind}" for kind in ("html", "json", "csv")], details)
+    raise typer.Exit(EXIT_CODES[Verdict.INVALID] if report.verdict is Verdict.INVALID else 0)
 
 
-@app.command(epilog=epilog("recipe"))
+@command(app, "recipe", loudness=False)
 def recipe() -> None:
     """Print the default recipe, every setting with a comment."""
-    with outcome():
-        from debulk.recipe import Recipe
+    from debulk.recipe import Recipe
 
-        print(Recipe().to_toml(), end="")
+    print(Recipe().to_toml(), end="")
 
 
-@app.command(epilog=epilog("approve"))
-@with_loudness
+@command(app, "approve")
 def approve(
     recipe: Annotated[Path, typer.Argument(help="The recipe, .toml.")],
     approved: Annotated[Path, typer.Option("--in", help="Approved recipes, .toml; made if it is not there.")],
     by: Annotated[str, typer.Option(help="Who approves.")],
 ) -> None:
     """Add a recipe to a file of approved ones, with name, time and hash; `debulk inspect --approved` asks for it."""
-    with outcome():
-        from debulk.inspection.tracing import now_utc
-        from debulk.recipe import Recipe
-        from debulk.results.approval import approve as approved_by
+    from debulk.inspection.tracing import now_utc
+    from debulk.recipe import Recipe
+    from debulk.results.approval import approve as approved_by
 
-        check_output(approved)
-        new = approved_by(approved, Recipe.load(recipe).model_dump(), by, now_utc())
-        print(f"{approved}: recipe {new.recipe_sha256} approved by {new.name}, {new.time_utc}")
+    check_output(approved)
+    new = approved_by(approved, Recipe.load(recipe).model_dump(), by, now_utc())
+    print(f"{approved}: recipe {new.recipe_sha256} approved by {new.name}, {new.time_utc}")
 
 
-for command in (
+for function in (
     pages.page,
     pages.rework,
     pages.diff,
@@ -263,12 +255,12 @@ for command in (
     cli_tools.view,
     cli_tools.doctor,
 ):
-    app.command(epilog=epilog(command.__name__))(with_loudness(command))
-app.command(epilog=epilog("completion"))(cli_tools.completion)
+    command(app, function.__name__)(function)
+command(app, "completion", loudness=False)(cli_tools.completion)
 app.add_typer(scanning.app, name="scan")
-app.command(epilog=epilog("calibrate"))(with_loudness(cli_history.calibrate))
+command(app, "calibrate")(cli_history.calibrate)
 app.add_typer(cli_history.app, name="history")
-app.command(epilog=epilog("batch"))(with_loudness(cli_batch.batch))
+command(app, "batch")(cli_batch.batch)
 
 
 def _shown_by_demo(scene: Layup, report: Report) -> str:

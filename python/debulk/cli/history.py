@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from debulk import InputError
+from debulk.cli.command import command
 from debulk.cli.examples import epilog
 from debulk.cli.given import numbers_of
-from debulk.cli.loudness import print_json, with_loudness
-from debulk.cli.support import JSON, check_output, outcome, show, shown_progress
+from debulk.cli.loudness import print_json
+from debulk.cli.support import JSON, check_output, show, shown_progress
 
 if TYPE_CHECKING:
     from debulk.history import Search
@@ -61,18 +62,17 @@ def listed(
     as_json: JSON = False,
 ) -> None:
     """List the layups that fit, the newest first."""
-    with outcome():
-        from debulk.history import History
-        from debulk.results.report_text import columns
+    from debulk.history import History
+    from debulk.results.report_text import columns
 
-        found = History(_there(history)).find(wanted.search(limit=limit))
-        if as_json:
-            print_json(json.dumps([dataclasses.asdict(one) for one in found], ensure_ascii=False))
-            return
-        heads = ("record", "time (UTC)", "part", "ply", "verdict", "pockets", "reason")
-        rows = [(str(r.record), r.time_utc[:19], r.part, r.ply, r.verdict, str(r.pockets), r.reason) for r in found]
-        text = {1, 2, 3, 4, 6}
-        show(lambda width: "\n".join(columns([heads, *rows], text, width, 6)) if rows else "no layup fits")
+    found = History(_there(history)).find(wanted.search(limit=limit))
+    if as_json:
+        print_json(json.dumps([dataclasses.asdict(one) for one in found], ensure_ascii=False))
+        return
+    heads = ("record", "time (UTC)", "part", "ply", "verdict", "pockets", "reason")
+    rows = [(str(r.record), r.time_utc[:19], r.part, r.ply, r.verdict, str(r.pockets), r.reason) for r in found]
+    text = {1, 2, 3, 4, 6}
+    show(lambda width: "\n".join(columns([heads, *rows], text, width, 6)) if rows else "no layup fits")
 
 
 def get(
@@ -81,17 +81,16 @@ def get(
     output: Annotated[list[Path], typer.Option("-o", "--output", help=".html, .json or .csv; repeatable.")],
 ) -> None:
     """Write a report or a comparison of a history to files."""
-    with outcome():
-        from debulk.history import History
-        from debulk.results.saving import ENDINGS
+    from debulk.history import History
+    from debulk.results.saving import ENDINGS
 
-        for path in output:
-            check_output(path, *ENDINGS)
-        there = History(_there(history))
-        found = there.report(record) if there.kind(record) == "report" else there.comparison(record)
-        for path in output:
-            found.save(path)
-            print(f"written: {path}")
+    for path in output:
+        check_output(path, *ENDINGS)
+    there = History(_there(history))
+    found = there.report(record) if there.kind(record) == "report" else there.comparison(record)
+    for path in output:
+        found.save(path)
+        print(f"written: {path}")
 
 
 def add(
@@ -99,17 +98,16 @@ def add(
     files: Annotated[list[Path], typer.Argument(help="Reports, .json, as debulk inspect or Report.save wrote them.")],
 ) -> None:
     """Add reports from files; those already there, by time, scan and recipe of the inspection, are not."""
-    with outcome():
-        from debulk.history import History
-        from debulk.report import Report
+    from debulk.history import History
+    from debulk.report import Report
 
-        there = History(history)
-        with shown_progress() as progress:
-            for k, path in enumerate(files):
-                progress("adding", k / len(files))
-                report = Report.load(path)
-                number = there.number_of(report)
-                print(f"{path}: {f'is record {number} already' if number else f'record {there.add(report)}'}")
+    there = History(history)
+    with shown_progress() as progress:
+        for k, path in enumerate(files):
+            progress("adding", k / len(files))
+            report = Report.load(path)
+            number = there.number_of(report)
+            print(f"{path}: {f'is record {number} already' if number else f'record {there.add(report)}'}")
 
 
 def said(
@@ -121,10 +119,9 @@ def said(
     note: Annotated[str, typer.Option(help="What else should be known.")] = "",
 ) -> None:
     """Store an operator's word on what became of a pocket."""
-    with outcome():
-        from debulk.history import History
+    from debulk.history import History
 
-        print(f"record {History(_there(history)).add_outcome(record, pocket, measured, by, note)}")
+    print(f"record {History(_there(history)).add_outcome(record, pocket, measured, by, note)}")
 
 
 def export(
@@ -137,13 +134,12 @@ def export(
     wanted: Wanted,
 ) -> None:
     """Write a table of layups that fit, their pockets, what kept them from CEASE, their outcomes or signatures."""
-    with outcome():
-        from debulk.history import History
-        from debulk.history.export import export as exported
+    from debulk.history import History
+    from debulk.history.export import export as exported
 
-        check_output(output, ".csv", ".parquet", ".dfq")
-        count = exported(History(_there(history)), output, table, wanted.search())
-        print(f"written: {output}, {count} rows")
+    check_output(output, ".csv", ".parquet", ".dfq")
+    count = exported(History(_there(history)), output, table, wanted.search())
+    print(f"written: {output}, {count} rows")
 
 
 def page(
@@ -153,15 +149,14 @@ def page(
     baseline: Annotated[int, typer.Option(min=20, help="First layups that give the control limits.")] = 300,
 ) -> None:
     """Make a page of the layups that fit: where pockets recur, what was right, and what drifts."""
-    with outcome():
-        check_output(output, ".html")
+    check_output(output, ".html")
 
-        from debulk.files.replacing import write_text
-        from debulk.history import History
-        from debulk.history.page import page as drawn
+    from debulk.files.replacing import write_text
+    from debulk.history import History
+    from debulk.history.page import page as drawn
 
-        write_text(output, drawn(History(_there(history)), wanted.search(), baseline))
-        print(f"written: {output}")
+    write_text(output, drawn(History(_there(history)), wanted.search(), baseline))
+    print(f"written: {output}")
 
 
 def check(
@@ -169,12 +164,11 @@ def check(
     head: Annotated[str, typer.Option(help="The head that an earlier check printed, noted elsewhere.")] = "",
 ) -> None:
     """Find records that were changed or are missing; the exit code is 1 if there are any."""
-    with outcome():
-        from debulk.history import History
+    from debulk.history import History
 
-        found = History(_there(history)).check(head)
-        print(found)
-        raise typer.Exit(0 if found.passed else 1)
+    found = History(_there(history)).check(head)
+    print(found)
+    raise typer.Exit(0 if found.passed else 1)
 
 
 def calibrate(
@@ -194,31 +188,29 @@ def calibrate(
 
     Nothing uses the proposed recipe by itself: look at it, and have it approved (debulk approve).
     """
-    with outcome():
-        if output is not None:
-            check_output(output, ".toml")
+    check_output(output, ".toml")
 
-        from debulk.files.replacing import write_text
-        from debulk.history import History
-        from debulk.learning import calibrate as learned
-        from debulk.learning.calibration import Costs
-        from debulk.learning.text import as_json as json_of
-        from debulk.learning.text import text
-        from debulk.recipe import Recipe
+    from debulk.files.replacing import write_text
+    from debulk.history import History
+    from debulk.learning import calibrate as learned
+    from debulk.learning.calibration import Costs
+    from debulk.learning.text import as_json as json_of
+    from debulk.learning.text import text
+    from debulk.recipe import Recipe
 
-        settings = Recipe() if recipe is None else Recipe.load(recipe)
-        ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
-        found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
-        if output is not None:
-            if not found.limit_mm > 0:
-                raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
-            write_text(output, found.proposed(settings).to_toml())
-        if as_json:
-            print_json(json_of(found))
-            return
-        print(text(found))
-        if output is not None:
-            print(f"written: {output}")
+    settings = Recipe() if recipe is None else Recipe.load(recipe)
+    ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
+    found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
+    if output is not None:
+        if not found.limit_mm > 0:
+            raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
+        write_text(output, found.proposed(settings).to_toml())
+    if as_json:
+        print_json(json_of(found))
+        return
+    print(text(found))
+    if output is not None:
+        print(f"written: {output}")
 
 
 def _there(path: Path) -> Path:
@@ -227,7 +219,7 @@ def _there(path: Path) -> Path:
     return path
 
 
-app.command("list", epilog=epilog("history list"))(with_loudness(listed))
-app.command("outcome", epilog=epilog("history outcome"))(with_loudness(said))
-for command in (get, add, export, page, check):
-    app.command(epilog=epilog(f"history {command.__name__}"))(with_loudness(command))
+command(app, "history list")(listed)
+command(app, "history outcome")(said)
+for function in (get, add, export, page, check):
+    command(app, f"history {function.__name__}")(function)

@@ -11,7 +11,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.loudness import print_json
-from debulk.cli.support import JSON, check_output, outcome
+from debulk.cli.support import JSON, check_output
 from debulk.rework import Handling
 
 
@@ -25,28 +25,27 @@ def page(
     The plies stand in the order of their numbers where each report has one (debulk inspect --context ply=3), otherwise
     in the order given. Where a report's own page lies beside it under the same name, it is linked.
     """
-    with outcome():
-        check_output(output, ".html")
+    check_output(output, ".html")
 
-        from debulk.files.replacing import write_text
-        from debulk.page.difference import page as difference_page
-        from debulk.page.stack import Layup
-        from debulk.page.stack import page as stack_page
-        from debulk.report import Report
+    from debulk.files.replacing import write_text
+    from debulk.page.difference import page as difference_page
+    from debulk.page.stack import Layup
+    from debulk.page.stack import page as stack_page
+    from debulk.report import Report
 
-        if compare and len(reports) != 2:
-            raise InputError(f"--compare: expected two reports, got {len(reports)}")
-        found = [Report.load(path) for path in reports]
-        if len(found) == 1:
-            found[0].save(output)
+    if compare and len(reports) != 2:
+        raise InputError(f"--compare: expected two reports, got {len(reports)}")
+    found = [Report.load(path) for path in reports]
+    if len(found) == 1:
+        found[0].save(output)
+    else:
+        if compare:
+            html = difference_page(found[0], found[1], (reports[0].name, reports[1].name))
         else:
-            if compare:
-                html = difference_page(found[0], found[1], (reports[0].name, reports[1].name))
-            else:
-                named = zip(found, reports, strict=True)
-                html = stack_page([Layup(one, path.name, _own_page(path, output)) for one, path in named])
-            write_text(output, html)
-        print(f"written: {output}")
+            named = zip(found, reports, strict=True)
+            html = stack_page([Layup(one, path.name, _own_page(path, output)) for one, path in named])
+        write_text(output, html)
+    print(f"written: {output}")
 
 
 def rework(
@@ -59,24 +58,22 @@ def rework(
     as_json: JSON = False,
 ) -> None:
     """Say how the length leaves that would become ridges: how much, along which fibres, towards which edge."""
-    with outcome():
-        if output is not None:
-            check_output(output, ".json")
+    check_output(output, ".json")
 
-        from debulk.cli.support import show
-        from debulk.report import Report
-        from debulk.results.report_text import fold
+    from debulk.cli.support import show
+    from debulk.report import Report
+    from debulk.results.report_text import fold
 
-        planned = Report.load(report).rework(Handling(hold, stick))
-        if output is not None:
-            from debulk.files.replacing import write_text
+    planned = Report.load(report).rework(Handling(hold, stick))
+    if output is not None:
+        from debulk.files.replacing import write_text
 
-            write_text(output, planned.to_json())
-        if as_json:
-            print_json(planned.to_json())
-        else:
-            show(lambda width: "\n".join(fold(line, width) for line in str(planned).splitlines()))
-            print(f"written: {output}\n" if output else "", end="")
+        write_text(output, planned.to_json())
+    if as_json:
+        print_json(planned.to_json())
+    else:
+        show(lambda width: "\n".join(fold(line, width) for line in str(planned).splitlines()))
+        print(f"written: {output}\n" if output else "", end="")
 
 
 def diff(
@@ -87,42 +84,40 @@ def diff(
 
     The exit code is 0 where nothing differs, 1 where something does, 2 for bad input.
     """
-    with outcome():
-        from debulk.results.difference import recipe_difference, report_difference
+    from debulk.results.difference import recipe_difference, report_difference
 
-        kinds = {path.suffix.lower() for path in (first, second)}
-        if kinds == {".toml"}:
-            from debulk.recipe import Recipe
+    kinds = {path.suffix.lower() for path in (first, second)}
+    if kinds == {".toml"}:
+        from debulk.recipe import Recipe
 
-            lines = recipe_difference(*(Recipe.load(path).model_dump() for path in (first, second)))
-        elif kinds == {".json"}:
-            from debulk.report import Report
+        lines = recipe_difference(*(Recipe.load(path).model_dump() for path in (first, second)))
+    elif kinds == {".json"}:
+        from debulk.report import Report
 
-            lines = report_difference(*(Report.load(path) for path in (first, second)))
-        else:
-            raise InputError(f"{first}, {second}: expected two reports (.json) or two recipes (.toml)")
-        of_reports = "verdicts, places, ridges and " if kinds == {".json"} else ""
-        print("\n".join(lines) if lines else f"the same {of_reports}settings")
-        raise typer.Exit(1 if lines else 0)
+        lines = report_difference(*(Report.load(path) for path in (first, second)))
+    else:
+        raise InputError(f"{first}, {second}: expected two reports (.json) or two recipes (.toml)")
+    of_reports = "verdicts, places, ridges and " if kinds == {".json"} else ""
+    print("\n".join(lines) if lines else f"the same {of_reports}settings")
+    raise typer.Exit(1 if lines else 0)
 
 
 def checks(
     name: Annotated[str | None, typer.Argument(help="Name of a check, as in a report; unset: all.")] = None,
 ) -> None:
     """Say what each check of an inspection looks at, its limit, and what to do about its findings."""
-    with outcome():
-        from debulk.cli.support import show
-        from debulk.results.check_texts import CHECK_TEXTS
-        from debulk.results.report_text import fold
+    from debulk.cli.support import show
+    from debulk.results.check_texts import CHECK_TEXTS
+    from debulk.results.report_text import fold
 
-        chosen = [check for check in CHECK_TEXTS if name in (None, check.name)]
-        if not chosen:
-            raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECK_TEXTS)}")
-        for check in chosen:
-            verdicts = " or ".join(one.name for one in check.at_best if one is not None) or "only mentioned"
-            lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at: {check.sees}"]
-            lines += [f"  limit: {check.limit}", f"  do: {check.remedy}"]
-            show(lambda width, lines=lines: "\n".join(fold(line, width) for line in lines))  # type: ignore[misc]
+    chosen = [check for check in CHECK_TEXTS if name in (None, check.name)]
+    if not chosen:
+        raise InputError(f"{name}: expected the name of a check: {', '.join(check.name for check in CHECK_TEXTS)}")
+    for check in chosen:
+        verdicts = " or ".join(one.name for one in check.at_best if one is not None) or "only mentioned"
+        lines = [f"{check.name}: {check.title} ({verdicts})", f"  looks at: {check.sees}"]
+        lines += [f"  limit: {check.limit}", f"  do: {check.remedy}"]
+        show(lambda width, lines=lines: "\n".join(fold(line, width) for line in lines))  # type: ignore[misc]
 
 
 def _own_page(report: Path, output: Path) -> str:

@@ -10,7 +10,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.given import Given, numbers_of
-from debulk.cli.support import check_output, outcome, shown_progress
+from debulk.cli.support import check_output, shown_progress
 
 
 def qualify(
@@ -32,47 +32,46 @@ def qualify(
 
     Scans in several folders, equally many in each, are of several sessions: days, operators or set-ups.
     """
-    with outcome():
-        outputs = output or [Path("chain.json")]
-        for path in outputs:
-            check_output(path, ".json", ".html")
-        if (strip is None) != (not strip_scan):
-            raise InputError("--strip: expected together with --strip-scan")
-        if ridge and strip is None:
-            raise InputError("--ridge: expected together with --strip, its place and size")
-        size = "six numbers: x,y,x,y,height,width"
-        numbers = None if strip is None else numbers_of(strip, "--strip", size, 6)
+    outputs = output or [Path("chain.json")]
+    for path in outputs:
+        check_output(path, ".json", ".html")
+    if (strip is None) != (not strip_scan):
+        raise InputError("--strip: expected together with --strip-scan")
+    if ridge and strip is None:
+        raise InputError("--ridge: expected together with --strip, its place and size")
+    size = "six numbers: x,y,x,y,height,width"
+    numbers = None if strip is None else numbers_of(strip, "--strip", size, 6)
 
-        from debulk import files
-        from debulk.chain import Gauge
-        from debulk.chain.qualifying import qualify as qualified
+    from debulk import files
+    from debulk.chain import Gauge
+    from debulk.chain.qualifying import qualify as qualified
 
-        settings = given.read()
-        folders = [str(path.parent) for path in scans]
-        gauge = None
-        if numbers is not None:
-            ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
-            gauge = Gauge(
-                _loaded(strip_scan or [], given.unit), *ends, numbers[4], numbers[5], "ridge" if ridge else "strip"
-            )
-        with shown_progress() as progress:
-            chain = qualified(
-                _loaded(scans, given.unit),
-                files.load_cloud(reference, given.unit),
-                progress=lambda stage, _: progress(stage, int(stage.split()[-1]) / len(scans)),
-                **settings,
-                name=name,
-                sessions=folders if len(set(folders)) > 1 else None,
-                gauge=gauge,
-            )
-        for path in outputs:
-            chain.save(path)
-            print(f"written: {path}")
-        for study in chain.studies:
-            tolerance = "" if study.percent_tolerance is None else f", P/T {study.percent_tolerance:.1f} %"
-            print(f"{study.quantity}: %GRR {study.percent_grr:.1f} %{tolerance}, {study.rating}")
-        for doubt in chain.doubts:
-            print(f"note: {doubt}")
+    settings = given.read()
+    folders = [str(path.parent) for path in scans]
+    gauge = None
+    if numbers is not None:
+        ends = (numbers[0], numbers[1]), (numbers[2], numbers[3])
+        gauge = Gauge(
+            _loaded(strip_scan or [], given.unit), *ends, numbers[4], numbers[5], "ridge" if ridge else "strip"
+        )
+    with shown_progress() as progress:
+        chain = qualified(
+            _loaded(scans, given.unit),
+            files.load_cloud(reference, given.unit),
+            progress=lambda stage, _: progress(stage, int(stage.split()[-1]) / len(scans)),
+            **settings,
+            name=name,
+            sessions=folders if len(set(folders)) > 1 else None,
+            gauge=gauge,
+        )
+    for path in outputs:
+        chain.save(path)
+        print(f"written: {path}")
+    for study in chain.studies:
+        tolerance = "" if study.percent_tolerance is None else f", P/T {study.percent_tolerance:.1f} %"
+        print(f"{study.quantity}: %GRR {study.percent_grr:.1f} %{tolerance}, {study.rating}")
+    for doubt in chain.doubts:
+        print(f"note: {doubt}")
 
 
 def _loaded(paths: list[Path], unit: Literal["mm", "m"]) -> Iterator[Any]:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from typer.core import TyperGroup
 
 from debulk import InputError
+from debulk.cli.command import command
 from debulk.cli.examples import epilog
 from debulk.cli.given import size_of
-from debulk.cli.loudness import with_loudness
 from debulk.cli.pairing import paired
-from debulk.cli.support import Progress, check_output, outcome, shown_progress
+from debulk.cli.support import Progress, check_output, make_folder, shown_progress
 from debulk.files.replacing import write_picture
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ app = typer.Typer(
 )
 
 
-@app.command(epilog=epilog("scan images"))
-@with_loudness
+@command(app, "scan images")
 def images(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images, in the order of their names.")],
     right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
@@ -67,34 +66,31 @@ def images(
 
     Several exposures: a subfolder for each, shortest first by name, or all in one folder, exposure by exposure.
     """
-    with outcome():
-        numbers = _numbers(periods)
-        check_output(output, *_CLOUDS)
-        if picture is not None:
-            check_output(picture, ".png")
-        from debulk import scanner
-        from debulk.files import save_cloud
-        from debulk.scanner.picture import picture as drawn
+    numbers = _numbers(periods)
+    check_output(output, *_CLOUDS)
+    check_output(picture, ".png")
+    from debulk import scanner
+    from debulk.files import save_cloud
+    from debulk.scanner.picture import picture as drawn
 
-        cameras = scanner.Calibration.load(calibration)
-        count = steps * len(numbers)
-        with shown_progress() as progress:
-            progress("reading", 0.0)
-            left_images = _stack(left, count)
-            progress("reading", 0.5)
-            right_images = _stack(right, count)
-            instrument = scanner.Scanner(cameras, numbers, steps, bits=bits, details=picture is not None)
-            scan = instrument.scan(left_images, right_images, deadline, progress)
-            save_cloud(output, scan.points_mm)
-        if picture is not None and instrument.left is not None:
-            write_picture(picture, drawn(scan, instrument.left))
-        print(summary(scan))
-        for path in filter(None, (output, picture)):
-            print(f"written: {path}")
+    cameras = scanner.Calibration.load(calibration)
+    count = steps * len(numbers)
+    with shown_progress() as progress:
+        progress("reading", 0.0)
+        left_images = _stack(left, count)
+        progress("reading", 0.5)
+        right_images = _stack(right, count)
+        instrument = scanner.Scanner(cameras, numbers, steps, bits=bits, details=picture is not None)
+        scan = instrument.scan(left_images, right_images, deadline, progress)
+        save_cloud(output, scan.points_mm)
+    if picture is not None and instrument.left is not None:
+        write_picture(picture, drawn(scan, instrument.left))
+    print(summary(scan))
+    for path in filter(None, (output, picture)):
+        print(f"written: {path}")
 
 
-@app.command(epilog=epilog("scan patterns"))
-@with_loudness
+@command(app, "scan patterns")
 def patterns(
     folder: Annotated[Path, typer.Argument(help="For the images, made if need be.")],
     pixels: Annotated[str, typer.Option(help="Width x height of the projector.")] = "1920x1080",
@@ -103,22 +99,17 @@ def patterns(
     direction: Annotated[Literal["vertical", "horizontal", "both"], typer.Option(help="Of the fringes.")] = "vertical",
 ) -> None:
     """Write the patterns that the projector shows, numbered in their order."""
-    with outcome():
-        from debulk.scanner import fringe_patterns
+    from debulk.scanner import fringe_patterns
 
-        width, height = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1920x1080")
-        made = fringe_patterns((width, height), _numbers(periods), steps, direction)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be made: {error.strerror or error}") from None
-        for k, pattern in enumerate(made, start=1):
-            write_picture(folder / f"pattern_{k:02d}.png", pattern)
-        print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
+    width, height = size_of(pixels, "--pixels", "WIDTHxHEIGHT like 1920x1080")
+    made = fringe_patterns((width, height), _numbers(periods), steps, direction)
+    make_folder(folder)
+    for k, pattern in enumerate(made, start=1):
+        write_picture(folder / f"pattern_{k:02d}.png", pattern)
+    print(f"written: {len(made)} patterns of {width} x {height} pixels in {folder}")
 
 
-@app.command(epilog=epilog("scan calibrate"))
-@with_loudness
+@command(app, "scan calibrate")
 def calibrate(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of the board.")],
     right: Annotated[Path, typer.Argument(help="The right camera's, with the same numbers in their names.")],
@@ -140,40 +131,37 @@ def calibrate(
     Images are paired by the numbers in their names. Pairs that spoil the fit, repeat another or do not show the board
     are named.
     """
-    with outcome():
-        check_output(output, ".json")
-        if picture is not None:
-            check_output(picture, ".png")
-        counts = size_of(squares, "--squares", "ACROSSxDOWN like 10x7")
-        from debulk import scanner
+    check_output(output, ".json")
+    check_output(picture, ".png")
+    counts = size_of(squares, "--squares", "ACROSSxDOWN like 10x7")
+    from debulk import scanner
 
-        board = scanner.Board(counts, square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary)
-        pairs, alone = paired(_files(left), _files(right))
-        for name, why in alone.items():
+    board = scanner.Board(counts, square_mm, "charuco" if charuco else "checkerboard", marker_mm, dictionary)
+    pairs, alone = paired(_files(left), _files(right))
+    for name, why in alone.items():
+        print(f"left out: {name}: {why}")
+    left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in zip(*pairs, strict=True))
+    names = [one.name for one, _ in pairs]
+    try:
+        found = scanner.calibrate(left_seen, right_seen, board, names=names, distance_mm=distance_mm)
+    except scanner.UncertainCalibration as refused:
+        for name, why in refused.calibration.spoiling.items():
             print(f"left out: {name}: {why}")
-        left_seen, right_seen = ([_eight_bits(_read(path)) for path in side] for side in zip(*pairs, strict=True))
-        names = [one.name for one, _ in pairs]
-        try:
-            found = scanner.calibrate(left_seen, right_seen, board, names=names, distance_mm=distance_mm)
-        except scanner.UncertainCalibration as refused:
-            for name, why in refused.calibration.spoiling.items():
-                print(f"left out: {name}: {why}")
-            if picture is not None:
-                write_picture(picture, scanner.calibration_picture(refused.calibration))
-                print(f"written: {picture}")
-            raise
-        found.save(output)
-        for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
-            print(f"{name}: {error:.3f} px")
-        print(found.text())
         if picture is not None:
-            write_picture(picture, scanner.calibration_picture(found))
-        for path in filter(None, (output, picture)):
-            print(f"written: {path}")
+            write_picture(picture, scanner.calibration_picture(refused.calibration))
+            print(f"written: {picture}")
+        raise
+    found.save(output)
+    for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
+        print(f"{name}: {error:.3f} px")
+    print(found.text())
+    if picture is not None:
+        write_picture(picture, scanner.calibration_picture(found))
+    for path in filter(None, (output, picture)):
+        print(f"written: {path}")
 
 
-@app.command(epilog=epilog("scan projector"))
-@with_loudness
+@command(app, "scan projector")
 def projector(
     left: Annotated[Path, typer.Argument(help="Folder with the left camera's images of a surface with relief.")],
     right: Annotated[Path, typer.Argument(help="Likewise, of the right camera.")],
@@ -184,19 +172,18 @@ def projector(
     bits: Annotated[int | None, typer.Option(help="Of the sensor; unset: 8, or 12 in 16.")] = None,
 ) -> None:
     """Learn the projector right after `calibrate`: later scans then tell when a camera was turned."""
-    with outcome():
-        check_output(output, ".json")
-        from debulk import scanner
+    check_output(output, ".json")
+    from debulk import scanner
 
-        numbers = _numbers(periods)
-        count = steps * len(numbers)
-        cameras = scanner.Calibration.load(calibration)
-        views = [(_stack(left, count), _stack(right, count))]
-        found = scanner.calibrate_projector(cameras, views, numbers, steps, bits=bits)
-        found.save(output)
-        if found.projector is not None:
-            print(f"depths by projector and cameras differ by {found.projector.error_mm:.2f} mm, their noise included")
-        print(f"written: {output}")
+    numbers = _numbers(periods)
+    count = steps * len(numbers)
+    cameras = scanner.Calibration.load(calibration)
+    views = [(_stack(left, count), _stack(right, count))]
+    found = scanner.calibrate_projector(cameras, views, numbers, steps, bits=bits)
+    found.save(output)
+    if found.projector is not None:
+        print(f"depths by projector and cameras differ by {found.projector.error_mm:.2f} mm, their noise included")
+    print(f"written: {output}")
 
 
 def scanned(layup: Layup, pixels: tuple[int, int], progress: Progress) -> Layup:

@@ -11,7 +11,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.given import Approved, ChainFile, Given
-from debulk.cli.support import chain_of, outcome
+from debulk.cli.support import chain_of
 
 
 def serve(
@@ -47,48 +47,47 @@ def serve(
 
     It serves until it is interrupted. There is no password: whoever reaches the address can use it.
     """
-    with outcome():
-        if deadline is not None and not 0 < deadline <= 3600:
-            raise InputError(f"--deadline: expected a number of seconds up to 3600, got {deadline:g}")
-        from debulk.results.extras import imported
+    if deadline is not None and not 0 < deadline <= 3600:
+        raise InputError(f"--deadline: expected a number of seconds up to 3600, got {deadline:g}")
+    from debulk.results.extras import imported
 
-        if (opcua is None) != (nodeset is None):
-            raise InputError("--opcua: expected together with --nodeset; docs/serve.md says where to get the file")
-        if opcua is not None:
-            if not opcua.startswith("opc.tcp://"):
-                raise InputError(f"--opcua: expected an address like opc.tcp://127.0.0.1:4840/debulk, got {opcua!r}")
-            imported("asyncua", "opcua", "debulk serve --opcua")
-            logging.getLogger("asyncua").setLevel(logging.ERROR)  # it warns of what docs/serve.md says: no encryption
-        for module in ("starlette", "uvicorn"):
-            imported(module, "serve", "debulk serve")
+    if (opcua is None) != (nodeset is None):
+        raise InputError("--opcua: expected together with --nodeset; docs/serve.md says where to get the file")
+    if opcua is not None:
+        if not opcua.startswith("opc.tcp://"):
+            raise InputError(f"--opcua: expected an address like opc.tcp://127.0.0.1:4840/debulk, got {opcua!r}")
+        imported("asyncua", "opcua", "debulk serve --opcua")
+        logging.getLogger("asyncua").setLevel(logging.ERROR)  # it warns of what docs/serve.md says: no encryption
+    for module in ("starlette", "uvicorn"):
+        imported(module, "serve", "debulk serve")
 
-        from debulk.history.kept import history_of
-        from debulk.serve.folders import Folders
-        from debulk.serve.inspectors import Cell
-        from debulk.serve.running import serve as run
-        from debulk.serve.service import Service
+    from debulk.history.kept import history_of
+    from debulk.serve.folders import Folders
+    from debulk.serve.inspectors import Cell
+    from debulk.serve.running import serve as run
+    from debulk.serve.service import Service
 
-        cell = Cell(
-            **given.read(),
-            chain=chain_of(chain),
-            approved=approved,
-            unit=given.unit,
-            frame_unit=given.in_frame,
-        )
-        first = None if reference is None else cell.inspector(reference)
-        folders, kept_in = Folders(folder or []), history_of(history)
+    cell = Cell(
+        **given.read(),
+        chain=chain_of(chain),
+        approved=approved,
+        unit=given.unit,
+        frame_unit=given.in_frame,
+    )
+    first = None if reference is None else cell.inspector(reference)
+    folders, kept_in = Folders(folder or []), history_of(history)
 
-        def made() -> Service:
-            service = Service(cell, folders, kept_in, queue, deadline)
-            if first is not None:
-                service.inspectors.begin("default")
-                service.inspectors.end(first)
-            return service
+    def made() -> Service:
+        service = Service(cell, folders, kept_in, queue, deadline)
+        if first is not None:
+            service.inspectors.begin("default")
+            service.inspectors.end(first)
+        return service
 
-        both = None if opcua is None or nodeset is None else (opcua, nodeset)
+    both = None if opcua is None or nodeset is None else (opcua, nodeset)
 
-        def ready(address: str) -> None:
-            print(f"debulk: {address}", flush=True)
+    def ready(address: str) -> None:
+        print(f"debulk: {address}", flush=True)
 
-        left = run(made, host, port, spool, int(most_mb * 1e6), ready, both)
-        print(f"debulk serve: ended; {left} scans have no result", file=sys.stderr)
+    left = run(made, host, port, spool, int(most_mb * 1e6), ready, both)
+    print(f"debulk serve: ended; {left} scans have no result", file=sys.stderr)

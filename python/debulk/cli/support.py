@@ -149,10 +149,20 @@ def chain_of(path: Path | None) -> Chain | None:
     return Chain.load(path)
 
 
-def check_output(path: Path, *endings: str) -> None:
-    """Refuse an output, if need be also for its ending, before the work is done, not after."""
+def make_folder(path: Path) -> None:
+    """Make a folder for outputs, if it is not there."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made: {error.strerror or error}") from None
+
+
+def check_output(path: Path | None, *endings: str) -> None:
+    """Refuse an output, if need be also for its ending, before the work is done, not after; None: there is none."""
     from debulk.files.replacing import check_ending
 
+    if path is None:
+        return
     if endings:
         check_ending(path, *endings)
     if not path.parent.is_dir():

@@ -11,7 +11,7 @@ import typer
 
 from debulk.cli.given import Mask, Outputs, Pose, Unit
 from debulk.cli.loudness import print_json
-from debulk.cli.support import FAULT, JSON, chain_of, check_output, outcome, pose_of, show, shown_progress
+from debulk.cli.support import FAULT, JSON, chain_of, check_output, pose_of, show, shown_progress
 
 
 def compare(
@@ -31,42 +31,41 @@ def compare(
     The exit code is 1 where an outcome was wrong: CEASE was predicted of a pocket and CREASE measured, or the reverse;
     0 where none was, also where a side left some undecided; 2 for bad input.
     """
-    with outcome():
-        from debulk import files
-        from debulk.history.kept import history_of
-        from debulk.inspection.calls import compare as held_against
-        from debulk.recipe import Recipe
-        from debulk.report import Report
-        from debulk.results import codec
-        from debulk.results.comparison import FORMAT
-        from debulk.results.comparison_text import table
-        from debulk.results.saving import ENDINGS
+    from debulk import files
+    from debulk.history.kept import history_of
+    from debulk.inspection.calls import compare as held_against
+    from debulk.recipe import Recipe
+    from debulk.report import Report
+    from debulk.results import codec
+    from debulk.results.comparison import FORMAT
+    from debulk.results.comparison_text import table
+    from debulk.results.saving import ENDINGS
 
-        for path in output or []:
-            check_output(path, *ENDINGS)
-        kept_in = history_of(history)
-        settings = None if recipe is None else Recipe.load(recipe)
-        hidden = None if mask is None else files.load_mask(mask)
-        with shown_progress() as progress:
-            progress("reading", 0.0)
-            before = Report.load(report)
-            clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-            transform = pose_of(pose, unit)
-            progress("comparing", 0.0)
-            found = held_against(before, *clouds, settings, transform, hidden)
-            progress("comparing", 1.0)
-        named = {"report": report, "scan after debulking": scan, "reference": reference, "recipe": recipe, "mask": mask}
-        found = dataclasses.replace(found, source={what: path.name for what, path in named.items() if path})
-        if kept_in is not None:
-            found = kept_in.keep_comparison(found, before)
-        for path in output or []:
-            found.save(path)
-        if as_json:
-            print_json(codec.dumps(found, FORMAT))
-        else:
-            show(lambda width: table(found, width))
-            print("".join(f"written: {path}\n" for path in output or []), end="")
-        raise typer.Exit(1 if found.wrong else 0)
+    for path in output or []:
+        check_output(path, *ENDINGS)
+    kept_in = history_of(history)
+    settings = None if recipe is None else Recipe.load(recipe)
+    hidden = None if mask is None else files.load_mask(mask)
+    with shown_progress() as progress:
+        progress("reading", 0.0)
+        before = Report.load(report)
+        clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
+        transform = pose_of(pose, unit)
+        progress("comparing", 0.0)
+        found = held_against(before, *clouds, settings, transform, hidden)
+        progress("comparing", 1.0)
+    named = {"report": report, "scan after debulking": scan, "reference": reference, "recipe": recipe, "mask": mask}
+    found = dataclasses.replace(found, source={what: path.name for what, path in named.items() if path})
+    if kept_in is not None:
+        found = kept_in.keep_comparison(found, before)
+    for path in output or []:
+        found.save(path)
+    if as_json:
+        print_json(codec.dumps(found, FORMAT))
+    else:
+        show(lambda width: table(found, width))
+        print("".join(f"written: {path}\n" for path in output or []), end="")
+    raise typer.Exit(1 if found.wrong else 0)
 
 
 def repeat(
@@ -81,23 +80,22 @@ def repeat(
 
     The exit code is 0 where verdict and all figures are the same, 1 where one differs.
     """
-    with outcome():
-        from debulk import files
-        from debulk.inspection.repeating import repeat as done_again
-        from debulk.report import Report
+    from debulk import files
+    from debulk.inspection.repeating import repeat as done_again
+    from debulk.report import Report
 
-        first = Report.load(report)
-        qualified = chain_of(chain)
-        hidden = None if mask is None else files.load_mask(mask)
-        with shown_progress() as progress:
-            progress("reading", 0.0)
-            clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-            found = done_again(first, *clouds, hidden, progress, chain=qualified)
-        for name in found.unchecked:
-            print(f"warning: the record has no fingerprint of the {name}, only its shape was checked")
-        print(f"{found.report.verdict.name}: {found.report.reason}")
-        print("the same to the bit" if found.same else f"not the same: {', '.join(found.differences[:10])}")
-        raise typer.Exit(0 if found.same else 1)
+    first = Report.load(report)
+    qualified = chain_of(chain)
+    hidden = None if mask is None else files.load_mask(mask)
+    with shown_progress() as progress:
+        progress("reading", 0.0)
+        clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
+        found = done_again(first, *clouds, hidden, progress, chain=qualified)
+    for name in found.unchecked:
+        print(f"warning: the record has no fingerprint of the {name}, only its shape was checked")
+    print(f"{found.report.verdict.name}: {found.report.reason}")
+    print("the same to the bit" if found.same else f"not the same: {', '.join(found.differences[:10])}")
+    raise typer.Exit(0 if found.same else 1)
 
 
 def view(
@@ -106,28 +104,25 @@ def view(
     output: Annotated[Path | None, typer.Option("-o", "--output", "--png", help="A .png instead of a window.")] = None,
 ) -> None:
     """Show the pockets in 3-D, in a window or a picture; needs the extra "view" (Open3D)."""
-    with outcome():
-        from debulk import view as views
-        from debulk.report import Report
+    from debulk import view as views
+    from debulk.report import Report
 
-        if output is not None:
-            check_output(output, ".png")
-        views.view(Report.load(report), output, pocket=pocket)
-        if output is not None:
-            print(f"written: {output}")
+    check_output(output, ".png")
+    views.view(Report.load(report), output, pocket=pocket)
+    if output is not None:
+        print(f"written: {output}")
 
 
 def doctor(as_json: JSON = False) -> None:
     """Show versions, machine and licences, and try a self-test with its certificate."""
-    with outcome():
-        from debulk.doctor import doctor as examined
+    from debulk.doctor import doctor as examined
 
-        found = examined()
-        if as_json:
-            print_json(found.json())
-        else:
-            show(found.text)
-        raise typer.Exit(0 if found.passed else FAULT)
+    found = examined()
+    if as_json:
+        print_json(found.json())
+    else:
+        show(found.text)
+    raise typer.Exit(0 if found.passed else FAULT)
 
 
 def completion(shell: Annotated[Literal["bash", "zsh"], typer.Argument(help="Whose script to print.")]) -> None:
@@ -135,10 +130,9 @@ def completion(shell: Annotated[Literal["bash", "zsh"], typer.Argument(help="Who
 
     For bash, put the first example below into ~/.bashrc; for zsh, the second one's file into a folder of $fpath.
     """
-    with outcome():
-        from typer.completion import get_completion_script  # type: ignore[attr-defined]  # not in any __all__
+    from typer.completion import get_completion_script  # type: ignore[attr-defined]  # not in any __all__
 
-        print(get_completion_script(prog_name="debulk", complete_var=_COMPLETE, shell=shell).strip())
+    print(get_completion_script(prog_name="debulk", complete_var=_COMPLETE, shell=shell).strip())
 
 
 _COMPLETE = "_DEBULK_COMPLETE"
