@@ -287,9 +287,9 @@ def test_the_least_limit_is_that_of_the_ply(history):
 
 
 def test_arguments_of_another_kind_are_named():
-    with pytest.raises(InputError, match="outcomes: expected a debulk.learning.Outcomes, but got an array"):
+    with pytest.raises(InputError, match=r"outcomes: expected a debulk.learning.Outcomes, but got an array"):
         posterior(np.zeros(3))
-    with pytest.raises(InputError, match="history: expected a debulk.history.History, but got 'cell.sqlite'"):
+    with pytest.raises(InputError, match=r"history: expected a debulk.history.History, but got 'cell.sqlite'"):
         calibrate("cell.sqlite")
     listed = Outcomes([0.3, 0.9], [0.01, 0.01], [False, True])
     arrays = Outcomes(np.array([0.3, 0.9]), np.array([0.01, 0.01]), np.array([False, True]))
