@@ -14,6 +14,7 @@ import hashlib
 import os
 import tempfile
 import time
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -128,8 +129,10 @@ def main() -> None:
         checked = history.check()
         checking = time.perf_counter() - began
         report, real = a_report(), History(folder / "real.sqlite")
-        adding, _ = timed(lambda: real.add(report), 9)
-        storing, _ = timed(lambda: real.add(report), 9, time.process_time)
+        others = (replace(report, trace=replace(report.trace, context={"ply": k})) for k in range(18))
+        anew = iter(tuple(others))  # a report that is there already is not added again
+        adding, _ = timed(lambda: real.add(next(anew)), 9)
+        storing, _ = timed(lambda: real.add(next(anew)), 9, time.process_time)
         loading, _ = timed(lambda: real.report(3), 5)
         each = real.path.stat().st_size / 18
     figures = (size - 1000 * given.body_kb * given.layups) / given.layups

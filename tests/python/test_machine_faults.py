@@ -6,6 +6,8 @@ The disks are real ones, a few megabytes of memory, mounted where only the progr
 from __future__ import annotations
 
 import contextlib
+import dataclasses
+import itertools
 import os
 import shutil
 import signal
@@ -60,6 +62,11 @@ def outputs(folder: Path, report: Report) -> dict[str, str]:
     return said
 
 
+def again(report: Report, number: int) -> Report:
+    """Return the report as of another inspection, which a history keeps beside the first."""
+    return dataclasses.replace(report, trace=dataclasses.replace(report.trace, context={"ply": number}))
+
+
 def contents(folder: Path) -> dict[str, bytes]:
     """Return the files of a folder; SQLite's own beside the history are not counted."""
     found = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and path.name != "filler"}
@@ -79,6 +86,7 @@ def full_disk(disk: Path) -> None:
                 pass
         except OSError:
             pass
+    report = again(report, 2)
     said = outputs(disk, report)
     assert said.keys() == OUTPUTS.keys(), said
     assert all("No space left on device" in text and name in text for name, text in said.items()), said
@@ -103,7 +111,7 @@ def read_only(disk: Path) -> None:
     assert all("Read-only file system" in text and name in text for name, text in said.items()), said
     assert Report.load(disk / "a.json").verdict is report.verdict
     assert files.load_cloud(disk / "a.npy").shape == (2000, 3)
-    kept = history.keep(report)
+    kept = history.keep(again(report, 2))
     assert kept.verdict is report.verdict and "not in the history" in kept.warnings[-1], kept.warnings
     assert history.check().passed and history.report(1).verdict is report.verdict and len(history.find()) == 1
 
@@ -246,9 +254,10 @@ def ended(folder: Path) -> None:
             try:
                 signal.signal(signal.SIGTERM, signal.default_int_handler)
                 os.write(saying, bytes(8))
-                while True:
+                for number in itertools.count():
                     for report in versions:
-                        os.write(saying, history.add(report).to_bytes(8, "little"))
+                        added = history.add(again(report, 1000 * os.getpid() + number))
+                        os.write(saying, added.to_bytes(8, "little"))
                         assert not outputs(folder / "out", report)
             except KeyboardInterrupt:
                 code = 130

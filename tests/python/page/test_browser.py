@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from debulk import Grid
+from debulk.chain import Chain
+from debulk.chain.anova import crossed
+from debulk.chain.record import Figure
 from debulk.comparison import Comparison
 from debulk.history import History
 from debulk.history.page import page as history_page
@@ -83,9 +86,16 @@ def pages(report, tmp_path_factory):
     Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6).save(folder / "empty_comparison.html")
     history = History(folder / "cell.sqlite")
     history.add_comparison(comparison, hostile)
-    for _ in range(24):  # control charts have limits from twenty layups on
-        history.add(report)
+    for k in range(24):  # control charts have limits from twenty layups on
+        history.add(dataclasses.replace(report, trace=dataclasses.replace(report.trace, context={"ply": k})))
     (folder / "history.html").write_text(history_page(history), encoding="utf-8")
+    peaks = np.random.default_rng(5).normal(size=(18, 1, 1)) + np.random.default_rng(6).normal(0, 0.05, (18, 2, 5))
+    studies = (crossed(1e6 * peaks, "area", "mm²"), crossed(peaks, HOSTILE, "mm", tolerance=0.6))
+    chain = Chain(
+        name=HOSTILE, made_utc="2026-03-01T12:00:00.000Z", debulk="0.1.0", scans=10, doubts=(HOSTILE,), studies=studies,
+        figures=(Figure(name="noise_mm", mean=0.05, sd=0.001, low=0.03, high=0.07),),
+    )  # fmt: skip
+    chain.save(folder / "chain.html")
     return folder
 
 
@@ -101,6 +111,7 @@ def pages(report, tmp_path_factory):
         "stack",
         "difference",
         "history",
+        "chain",
         *(f"empty_{v}" for v in Verdict),
     ],
 )
@@ -111,6 +122,13 @@ def test_nothing_complains_and_nothing_sticks_out(browser, pages, name, width):
     assert browser.run("document.documentElement.scrollWidth") <= width
     assert browser.run("window.hacked === undefined && document.documentElement.classList.contains('scripted')")
     assert len(np.unique(browser.picture()[::4, ::4].astype(np.int32) @ [65536, 256, 1])) > 20
+    wider = (
+        "[...document.querySelectorAll('td, th')].filter(c => c.checkVisibility() && c.scrollWidth > c.clientWidth + 1)"
+    )
+    assert browser.run(f"{wider}.map(c => c.textContent.slice(0, 80))") == []  # or it stands on the next one
+    tracks = "[...document.querySelectorAll('.bars')].map(b => [...b.querySelectorAll('.track')])"
+    ends = f"{tracks}.map(t => new Set(t.map(e => Math.round(e.getBoundingClientRect().left))).size)"
+    assert max(browser.run(ends), default=1) == 1  # one scale for all bars of a chart
 
 
 @pytest.mark.parametrize("width", [360, 800, 1200])
