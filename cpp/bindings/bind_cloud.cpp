@@ -9,6 +9,7 @@
 #include "bindings/cloud_view.hpp"
 #include "bindings/convert.hpp"
 #include "debulk/cloud/fourth_differences.hpp"
+#include "debulk/cloud/made_points.hpp"
 #include "debulk/cloud/outliers.hpp"
 #include "debulk/cloud/pinhole.hpp"
 #include "debulk/cloud/pinhole_outliers.hpp"
@@ -34,6 +35,13 @@ CellMarks cell_marks(const Marks& given) {
   require(values.ndim() == 2, "marks", "an (ny, nx) array of bools", shape_of(values));
   const auto* first = reinterpret_cast<const std::uint8_t*>(values.data());  // numpy's bools are bytes, 0 or 1
   return {first, static_cast<int>(values.shape(1)), static_cast<int>(values.shape(0)), {origin[0], origin[1]}, spacing};
+}
+
+MadeLimits made_limits(const py::object& given) {
+  const auto limit = [&given](const char* name) { return given.attr(name).cast<double>(); };
+  return {limit("quiet"),    limit("wild"),        limit("copied_share"),
+          limit("least_mm"), limit("made_copied"), limit("made_quiet"),
+          limit("rarest"),   limit("least_share"), given.attr("window_cells").cast<int>()};
 }
 
 }  // namespace
@@ -163,6 +171,29 @@ void bind_cloud(py::module_ m) {
                               to_array(std::move(out.copied), {out.rows, out.columns}));
       },
       py::arg("heights"), py::arg("points"), py::arg("step"), py::arg("axes"), py::arg("threads"), py::arg("stop"));
+
+  m.def(
+      "made_points",
+      [](const Array<float>& apart, const Array<bool>& copied, const Array<bool>& on_ply, double step_mm, const py::object& limits,
+         int threads, const Stop& stop) -> py::tuple {
+        require(apart.ndim() == 3 && apart.shape(0) >= 2 && apart.shape(0) % 2 == 0, "apart", "a (2 A, R, C) array", shape_of(apart));
+        const auto fits = [&](const py::array& a) { return a.ndim() == 2 && a.shape(0) == apart.shape(1) && a.shape(1) == apart.shape(2); };
+        require(fits(copied), "copied", "one value for each point", shape_of(copied));
+        require(fits(on_ply), "on_ply", "one value for each point", shape_of(on_ply));
+        const auto bytes = [](const Array<bool>& a) { return reinterpret_cast<const std::uint8_t*>(a.data()); };  // 0 or 1
+        const auto size = [&](int axis) { return static_cast<int>(apart.shape(axis)); };
+        const AskedPoints asked{size(0), size(1), size(2), apart.data(), bytes(copied), bytes(on_ply)};
+        const MadeLimits given = made_limits(limits);
+        MadePoints out;
+        {
+          py::gil_scoped_release release;
+          out = made_points(asked, step_mm, given, threads, stop);
+        }
+        if (!out.noisy) return py::make_tuple(false, false, py::none(), py::none());
+        return py::make_tuple(true, out.rounded, to_array(std::move(out.made), {asked.rows, asked.columns}),
+                              to_array(std::move(out.marks), {3, asked.rows, asked.columns}));
+      },
+      py::arg("apart"), py::arg("copied"), py::arg("on_ply"), py::arg("step_mm"), py::arg("limits"), py::arg("threads"), py::arg("stop"));
 
   m.def("fit_pinhole", [](const CloudArray& points) -> std::optional<std::array<double, 3>> {
     const CloudView cloud = cloud_view(points, "points");

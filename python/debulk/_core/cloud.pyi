@@ -30,6 +30,9 @@ def fourth_differences(
     threads: int,
     stop: Stop,
 ) -> tuple[_Singles, _Bytes]: ...
+def made_points(
+    apart: _Singles, copied: _Flags, on_ply: _Flags, step_mm: float, limits: object, threads: int, stop: Stop
+) -> tuple[bool, bool, _Bytes, _Bytes]: ...
 def remove_outliers(
     points: ArrayLike,
     options: OutlierOptions,

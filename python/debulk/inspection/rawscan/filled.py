@@ -130,7 +130,8 @@ class FilledSearch:
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
         moved, on_ply = self._lie(places, laid=image.laid)
         heed(stop, _SEARCH)
-        return made_in(image, asked, moved.reshape(*shape, 3)[..., :2], on_ply.reshape(shape), axes)
+        xy_mm = moved.reshape(*shape, 3)[..., :2]
+        return made_in(image, asked, xy_mm, on_ply.reshape(shape), axes, self._threads, stop)
 
     def _near_ply(self, points: Cloud) -> Bools:
         low, high = self._zones.box_mm

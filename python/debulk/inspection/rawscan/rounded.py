@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from debulk import _core
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.cloud_image import CloudImage
-from debulk.inspection.rawscan.vouched import Asked, Axes, Made, around, beside, not_vouched, pieces, steps_hide
+from debulk.inspection.rawscan.vouched import Asked, Axes, Made, beside, not_vouched, pieces, steps_hide
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,18 @@ LIMITS = Limits()
 _SMOOTH = np.array([-11, 0, 9, 16, 21, 24, 25, 24, 21, 16, 9, 0, -11], np.float32) / np.float32(143)  # Savitzky, Golay
 
 
-def made_in(image: CloudImage, asked: Asked, xy_mm: Cloud, on_ply: Bools, axes: Axes) -> tuple[tuple[Made, ...], str]:
+def made_in(
+    image: CloudImage,
+    asked: Asked,
+    xy_mm: Cloud,
+    on_ply: Bools,
+    axes: Axes,
+    threads: int = 0,
+    stop: _core.Stop | None = None,
+) -> tuple[tuple[Made, ...], str]:
     """Find the parts of a ply that software made, and say why some cannot be found, as `not_vouched` does."""
     step_mm = image.step_mm
-    made, unknown = not_vouched(asked, xy_mm, on_ply, step_mm)
+    made, unknown = not_vouched(asked, xy_mm, on_ply, step_mm, threads, stop)
     if not unknown or not step_mm or image.laid or not on_ply.any():
         return made, unknown
     more, unknown = _without_noise(image, asked, xy_mm, on_ply, step_mm, axes)
@@ -100,9 +109,15 @@ def _steps(depths: Cloud, every: int, step_mm: float) -> tuple[Bools, Cloud]:
 
 def _shares(marks: Bools, known: Bools) -> tuple[Bools, Cloud]:
     """Return where on the ply enough is known around, and the shares of those that are marked there."""
-    count = around(known, LIMITS.window_cells)
-    share = around(marks & known, LIMITS.window_cells) / np.maximum(count, np.float32(1))
+    count = _around(known)
+    share = _around(marks & known) / np.maximum(count, np.float32(1))
     return known & (count >= LIMITS.seen_share * LIMITS.window_cells**2), np.asarray(share, np.float32)
+
+
+def _around(marks: Bools) -> Cloud:
+    """Return how many are marked in the window around each cell."""
+    side, ones = (LIMITS.window_cells,) * 2, marks.view(np.uint8)
+    return np.asarray(cv2.boxFilter(ones, cv2.CV_32F, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
 
 
 def _off_mm(of: Cloud, every: int, shape: tuple[int, ...]) -> Cloud:

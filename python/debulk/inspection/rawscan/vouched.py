@@ -53,7 +53,6 @@ class Limits:
 LIMITS = Limits()
 UP = (0.0, 0.0, 1.0)
 Axes = tuple[tuple[float, float, float], ...]
-_SOME = 20_000  # differences, whose median is taken
 
 
 class Asked(NamedTuple):
@@ -115,34 +114,21 @@ def beside(of: NDArray[Any], step: int, down: int, right: int) -> NDArray[Any]:
     return of[2 + down : rows - 2 + down : step, 2 + right : columns - 2 + right : step]
 
 
-def not_vouched(asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float) -> tuple[tuple[Made, ...], str]:
+def not_vouched(
+    asked: Asked, xy_mm: Cloud, on_ply: Bools, step_mm: float, threads: int = 0, stop: _core.Stop | None = None
+) -> tuple[tuple[Made, ...], str]:
     """Find the parts of a ply, on which points at mold XY (R, C, 2) were asked, for which the noise does not vouch.
 
     `on_ply` (R, C) says which of them lie on it. `step_mm` is that to which depths were rounded: between two steps
     heights are smooth without having been filled. The second value says why none can be found among those that are
     quiet; empty: they can.
     """
-    known = np.isfinite(asked.apart_mm) & on_ply
-    some = [one[seen] for one, seen in zip(asked.apart_mm, known, strict=True)]
-    middle_mm = np.array([np.median(one[:: 1 + len(one) // _SOME]) if len(one) else 0.0 for one in some], np.float32)
-    if not (middle_mm > LIMITS.least_mm).all():
+    noisy, rounded, made, marks = _core.cloud.made_points(
+        asked.apart_mm, asked.copied, on_ply, step_mm, LIMITS, threads, stop or _core.Stop()
+    )
+    if not noisy:
         return (), "the scan has too little noise to miss it in a patch"
-    rounded = step_mm > LIMITS.quiet * float(middle_mm.min())
-    quiet = asked.apart_mm < np.float32(0.0 if rounded else LIMITS.quiet) * middle_mm[:, None, None]
-    wild = asked.apart_mm > np.float32(LIMITS.wild) * middle_mm[:, None, None]
-    still = np.logical_or.reduce(quiet[::2] & quiet[1::2])
-    flies, copied = wild[0] & wild[1], asked.copied & on_ply  # along both: beside a flying pixel it is along one
-    shares = around(copied.astype(np.float32))[on_ply] / around(on_ply.astype(np.float32))[on_ply]
-    if np.median(shares) > LIMITS.copied_share:
-        copied = np.zeros_like(copied)
-    odd = flies | copied
-    # A fill that runs from rim to rim along rows or columns lacks noise along these alone.
-    made = _made(still, odd, known[0] & known[1])
-    for one, seen in zip(quiet, known, strict=True):
-        made |= _made(one, odd, seen)
-    made &= on_ply
-    marks = np.stack([still, copied, flies])
-    return tuple(pieces(made, xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
+    return tuple(pieces(made.view(np.bool_), xy_mm, asked, marks)), steps_hide(step_mm) if rounded else ""
 
 
 def steps_hide(step_mm: float) -> str:
@@ -169,27 +155,7 @@ def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Find
     return out
 
 
-def _made(quiet: Bools, odd: Bools, known: Bools) -> Bools:
-    """Return where points are likelier to have been made than measured: a naive Bayes classifier of those around."""
-    odd, number = odd & known, max(1, np.count_nonzero(known))
-    quiet = quiet & known & ~odd
-    natural = np.array([np.count_nonzero(odd), np.count_nonzero(quiet)]) / number
-    natural = np.clip(natural, LIMITS.rarest, 0.5 - LIMITS.rarest)  # by the median, half of them are neither at least
-    of_made = np.array([LIMITS.made_copied, LIMITS.made_quiet])
-    odds = np.log(np.append(of_made, 1 - of_made.sum()) / np.append(natural, 1 - natural.sum())).astype(np.float32)
-    told = known.astype(np.float32)
-    enough = around(told) >= LIMITS.least_share * LIMITS.window_cells**2
-    weights = odds[2] * told + (odds[1] - odds[2]) * quiet + (odds[0] - odds[2]) * odd
-    return enough & (around(weights) > 0)
-
-
-def around(values: Cloud | Bools, cells: int = LIMITS.window_cells) -> Cloud:
-    """Return the sums over squares of so many cells round each cell."""
-    side, values = (cells, cells), values.astype(np.float32, copy=False)
-    return np.asarray(cv2.boxFilter(values, -1, side, normalize=False, borderType=cv2.BORDER_CONSTANT))
-
-
-def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: Bools) -> list[Made]:
+def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: NDArray[Any]) -> list[Made]:
     """Measure each connected part; `marks` (3, R, C) are those of points that are quiet, copied and wild."""
     closed = cv2.morphologyEx(made.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(np.bool_)
     found, out = pieces_of(closed, 4), []
