@@ -2,6 +2,5 @@
 
 from debulk.risk.layup import Risk, risk
 from debulk.risk.place import Place, place_of
-from debulk.risk.sampled import sampled
 
-__all__ = ["Place", "Risk", "place_of", "risk", "sampled"]
+__all__ = ["Place", "Risk", "place_of", "risk"]

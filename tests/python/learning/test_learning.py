@@ -23,8 +23,9 @@ from debulk.learning.likelihood import Prior
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.ridge import excess_of_ridge
-from debulk.risk import risk, sampled
+from debulk.risk import risk
 from debulk.verdict import Verdict
+from lab.sampled_risk import sampled
 
 BENCH = Path(__file__).resolve().parents[3] / "bench" / "learning" / "coverage.py"
 

@@ -9,9 +9,10 @@ import pytest
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.runs import ExcessRuns
-from debulk.risk import place_of, risk, sampled
+from debulk.risk import place_of, risk
 from debulk.risk.place import _LEAST_SD_MM, FOOT, RESIDUALS, SHARES
 from debulk.verdict import Verdict
+from lab.sampled_risk import sampled
 
 LIMIT_EXCESS_MM = 2 * (0.6 - FOOT * 0.3)
 
