@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -119,54 +120,38 @@ def impossible(values: Mapping[str, Mapping[str, Any]], unusable: set[str]) -> l
     """Check all settings against each other; those of dotted names that are wrong already are left out."""
     wrong: list[Wrong] = []
 
-    def check(name: str, other: str, limit: float, why: str) -> None:
-        """Require the named value to be greater than the limit that follows from the other."""
+    def usable(name: str) -> float | None:
         section, key = name.split(".")
         value = values[section][key]
-        if not value > limit:
-            wrong.append(Wrong(name, f"expected more than {limit:g} ({why}, {other}), got {shown(value)}"))
+        finite = not {name, section} & unusable and isinstance(value, (int, float)) and abs(value) <= sys.float_info.max
+        return value if finite else None
 
-    def usable(*names: str) -> bool:
-        return all(
-            name not in unusable
-            and name.split(".")[0] not in unusable
-            and isinstance(value := values[name.split(".")[0]][name.split(".")[1]], (int, float))
-            and math.isfinite(value)
-            for name in names
-        )
+    def check_more(name: str, limit: float, why: str) -> None:
+        if (value := usable(name)) is not None and not value > limit:
+            wrong.append(Wrong(name, f"expected more than {limit:g} ({why}), got {shown(value)}"))
 
     def check_most(name: str, most: float, why: str) -> None:
-        """Require the named value, where it is set, to be at most what the area tolerance allows."""
-        section, key = name.split(".")
-        value = values[section][key]
-        if value is not None and value > most:
-            wrong.append(Wrong(name, f"expected at most {most:.3g} ({why}, {area}), got {shown(value)}"))
+        if (value := usable(name)) is not None and value > most:
+            wrong.append(Wrong(name, f"expected at most {most:.3g} ({why}), got {shown(value)}"))
 
-    area = "segmentation.area_tol_mm2"
-    if usable(area) and values["segmentation"]["area_tol_mm2"] > 0:
-        tolerance = values["segmentation"]["area_tol_mm2"]
+    area, cut, mold = "segmentation.area_tol_mm2", "segmentation.cut_height_mm", "patch.mold_tol_mm"
+    thickness, bulk = "material.thickness_mm", "material.bulk_factor"
+    if (tolerance := usable(area) or 0.0) > 0:
         across = 2 * math.sqrt(tolerance / math.pi)
         for name, most, why in (
             ("clean.grid_spacing_mm", math.sqrt(tolerance) / 4, "a pocket of the tolerance needs four points across"),
             ("patch.smooth_mm", across, "a wider window smooths a pocket of the tolerance away"),
             ("clean.max_hole_mm", 2 * across, "a wider hole can hold a pocket of the tolerance with its foot"),
         ):
-            if usable(name):
-                check_most(name, most, why)
-    thickness, bulk = "material.thickness_mm", "material.bulk_factor"
-    cut = "segmentation.cut_height_mm"
-    if usable(thickness, cut):
-        check(cut, thickness, values["material"]["thickness_mm"], "a ply that lies well stands this high")
-        most = 2 * (values["material"]["thickness_mm"] + _LOWEST_SURE_MM)
-        if values["segmentation"]["cut_height_mm"] > most:
-            why = "what stands below half of it is not looked at, and a bump there can crease"
-            got = shown(values["segmentation"]["cut_height_mm"])
-            wrong.append(Wrong(cut, f"expected at most {most:.3g} ({why}, {thickness}), got {got}"))
-    if usable("patch.mold_tol_mm", cut):
-        check(cut, "patch.mold_tol_mm", values["patch"]["mold_tol_mm"], "the ply touches the mold up to here")
-    if usable(thickness, bulk):
-        flat = values["material"]["thickness_mm"] / values["material"]["bulk_factor"]
+            check_most(name, most, f"{why}, {area}")
+    thick_mm, factor, touches_mm = usable(thickness), usable(bulk), usable(mold)
+    if thick_mm is not None:
+        check_more(cut, thick_mm, f"a ply that lies well stands this high, {thickness}")
+        why = "what stands below half of it is not looked at, and a bump there can crease"
+        check_most(cut, 2 * (thick_mm + _LOWEST_SURE_MM), f"{why}, {thickness}")
+    if touches_mm is not None:
+        check_more(cut, touches_mm, f"the ply touches the mold up to here, {mold}")
+    if thick_mm is not None and factor is not None:
         for name in ("verdict.max_rms_mm", "verdict.max_ridge_mm"):
-            if usable(name):
-                check(name, f"{thickness}/bulk_factor", flat, "a ply without any wrinkle has this much")
+            check_more(name, thick_mm / factor, f"a ply without any wrinkle has this much, {thickness}/bulk_factor")
     return wrong
