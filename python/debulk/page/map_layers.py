@@ -44,7 +44,7 @@ def layers(report: ReportData, png_bytes: int) -> list[Layer]:
 
 
 def _excess_layer(report: ReportData, png_bytes: int) -> Layer | None:
-    grid, limit = report.excess_map, report.recipe.get("verdict", {}).get("max_ridge_mm")
+    grid, limit = report.excess_map, report.limit_mm
     thickness = report.recipe.get("material", {}).get("thickness_mm")
     if grid is None or not grid.values.size or not limit or not thickness:
         return None

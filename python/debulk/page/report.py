@@ -94,7 +94,7 @@ def report_map(report: ReportData, png_bytes: int = MAX_PNG_BYTES) -> PlyMap | N
     if report.height_map is None and not report.pockets:
         return None
     areas = [Area(p.id, p.verdict, p.outline_mm, says(p)) for p in report.pockets]
-    found = ridges(report.pockets, report.recipe.get("verdict", {}).get("max_ridge_mm"))
+    found = ridges(report.pockets, report.limit_mm)
     return ply_map(report.height_map, report.ply_outline_mm, areas, _top(report), report, found, png_bytes=png_bytes)
 
 
@@ -134,7 +134,7 @@ def _drawings(report: ReportData) -> dict[int, Drawings]:
     """Draw the pockets, the worst first, until the page would be too large: then without stills, then not at all."""
     stills, data = _MAX_STILL_BYTES, _MAX_DATA_BYTES
     made = {}
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm") or _LIMIT_MM
+    limit_mm = report.limit_mm or _LIMIT_MM
     for pocket in worst_first(report.pockets):
         if pocket.net is None or (stills < 0 and data < 0):
             continue

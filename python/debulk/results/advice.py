@@ -90,7 +90,7 @@ def _of_finding(finding: Finding) -> Deed:
 
 
 def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData) -> Deed:
-    ridge, limit_mm = pocket.deciding_ridge, report.recipe.get("verdict", {}).get("max_ridge_mm")
+    ridge, limit_mm = pocket.deciding_ridge, report.limit_mm
     asked = pocket.remedy or _ASKED.get(pocket.verdict, "scan again")
     amount = ""
     towards: tuple[float, ...] = ()

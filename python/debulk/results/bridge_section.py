@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from debulk.results.number import span
+
 
 @dataclass(frozen=True, kw_only=True)
 class BridgeSection:
@@ -30,8 +32,7 @@ def bridge_section_line(one: BridgeSection) -> str:
     """Say how high the fibre stands, and why."""
     if not one.lacks_mm > 0:
         return "none by the sections of its fibres, none of which is too short"
-    low, high = (f"{height:.2f}" for height in one.range_mm)
-    lies = "it lies down" if one.range_mm[1] == 0 else f"{high if low == high else f'{low} to {high}'} mm"
+    lies = "it lies down" if one.range_mm[1] == 0 else f"{span(one.range_mm)} mm"
     slips = ", and it slips" if one.pull_n_per_mm > one.hold_n_per_mm else ""
     return (
         f"{lies} by the sections of its fibres: one is {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm too short and "

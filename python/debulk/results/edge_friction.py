@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from debulk.results.number import span
 from debulk.verdict import Verdict
 
 
@@ -42,5 +43,4 @@ def edge_friction_line(both: EdgeFriction) -> str:
 def _ridge(end: EdgeEnd) -> str:
     if end.ridge_range_mm is None:
         return f"{end.verdict.name}, no certified minimum"
-    low, high = (f"{height:.2f}" for height in end.ridge_range_mm)
-    return f"{end.verdict.name}, ridge {low if low == high else f'{low} to {high}'} mm"
+    return f"{end.verdict.name}, ridge {span(end.ridge_range_mm)} mm"

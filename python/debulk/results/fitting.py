@@ -41,26 +41,28 @@ def check_fits(report: ReportData) -> None:
             _check_half_seen(pocket, pocket.half_seen, recipe.segmentation.area_tol_mm2)
     worst = max(report.pockets, key=lambda pocket: pocket.verdict, default=None)
     if worst is not None and report.verdict < worst.verdict:
-        raise InputError(f"verdict: {report.verdict} does not fit pocket {worst.id}, {worst.verdict}; {_REMEDY}")
+        raise _unfit(report, f" pocket {worst.id}, {worst.verdict}")
     _check_beside_pockets(report, recipe)
     _check_findings(report)
     seen = report.coverage
     least = recipe.verdict.min_coverage
     if report.verdict is Verdict.CEASE and (seen is None or not seen >= least):
         share = "unknown" if seen is None else f"{seen:.4g}"
-        raise InputError(
-            f"verdict: {report.verdict} does not fit coverage, which is {share}, at least {least:g} "
-            f"is needed; {_REMEDY}"
-        )
+        raise _unfit(report, f" coverage, which is {share}, at least {least:g} is needed")
+
+
+def _unfit(record: ReportData | PocketReport, what: str) -> InputError:
+    """Return the error that the verdict of a report or of one of its pockets does not fit something."""
+    pocket = getattr(record, "id", None)
+    name = "verdict" if pocket is None else f"pockets[{pocket - 1}].verdict"
+    return InputError(f"{name}: {record.verdict} does not fit{what}; {_REMEDY}")
 
 
 def _check_findings(report: ReportData) -> None:
     if report.findings:
         judged = compose(report.findings)
         if judged.verdict is not report.verdict:
-            raise InputError(
-                f"verdict: {report.verdict} does not fit the findings, {judged.verdict}: {judged.reason}; {_REMEDY}"
-            )
+            raise _unfit(report, f" the findings, {judged.verdict}: {judged.reason}")
     elif report.verdict is Verdict.CEASE:
         raise InputError(f"findings: expected those that {report.verdict} follows from, got none; {_REMEDY}")
 
@@ -68,13 +70,13 @@ def _check_findings(report: ReportData) -> None:
 def _check_beside_pockets(report: ReportData, recipe: Recipe) -> None:
     for hole in report.unseen:
         if hole.at_best is not None and report.verdict < hole.at_best:
-            raise InputError(f"verdict: {report.verdict} does not fit {hole_line(hole)}, {hole.at_best}; {_REMEDY}")
+            raise _unfit(report, f" {hole_line(hole)}, {hole.at_best}")
     if report.verdict is not Verdict.CEASE:
         return
     if report.wrinkles:
-        raise InputError(f"verdict: {report.verdict} does not fit {wrinkle_line(report.wrinkles[0])}; {_REMEDY}")
+        raise _unfit(report, f" {wrinkle_line(report.wrinkles[0])}")
     if report.level is not None and is_off(report.level, recipe.model_dump()):
-        raise InputError(f"verdict: {report.verdict} does not fit the level: {level_line(report.level)}; {_REMEDY}")
+        raise _unfit(report, f" the level: {level_line(report.level)}")
 
 
 def _check_complete(pockets: Sequence[PocketReport]) -> None:
@@ -91,7 +93,6 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
         math.nan if value is None else value
         for value in (pocket.rms_mm, pocket.ridge_height_mm, pocket.bridge_height_mm or 0.0)
     )
-    name = f"pockets[{pocket.id - 1}]"
     try:
         judged = judge(
             certified=solve is not None and solve.certified,
@@ -108,18 +109,18 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
             criteria=limits,
         )
     except InputError as error:
-        raise InputError(f"{name}.{error}; {_REMEDY}") from None
+        raise InputError(f"pockets[{pocket.id - 1}].{error}; {_REMEDY}") from None
     if judged.verdict is not Verdict.CEASE:
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit its figures: {judged.reason}; {_REMEDY}")
+        raise _unfit(pocket, f" its figures: {judged.reason}")
     if excess is not None and not _cannot_bridge(pocket, excess, recipe):
-        why = "it may bridge, and neither sections of its fibres nor a certified minimum say that it does not"
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
+        raise _unfit(
+            pocket, ": it may bridge, and neither sections of its fibres nor a certified minimum say that it does not"
+        )
     both = pocket.edge_friction
     if both is None and _slips(pocket, recipe):
-        why = "it lies at the ply's edge, and what becomes of it with its rim held is missing"
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
+        raise _unfit(pocket, ": it lies at the ply's edge, and what becomes of it with its rim held is missing")
     if both is not None and {both.slipping.verdict, both.held.verdict} != {Verdict.CEASE}:
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: it {edge_friction_line(both)}; {_REMEDY}")
+        raise _unfit(pocket, f": it {edge_friction_line(both)}")
 
 
 def _cannot_bridge(pocket: PocketReport, excess: ExcessReport, recipe: Recipe) -> bool:
@@ -139,9 +140,7 @@ def _slips(pocket: PocketReport, recipe: Recipe) -> bool:
 def _check_half_seen(pocket: PocketReport, half: HalfSeen, area_tol_mm2: float) -> None:
     best = or_undecided(at_best(half, area_tol_mm2), pocket.promoted)
     if pocket.verdict < best:
-        name = f"pockets[{pocket.id - 1}]"
-        why = f"it {half_seen_line(half)}; {best} at best"
-        raise InputError(f"{name}.verdict: {pocket.verdict} does not fit: {why}; {_REMEDY}")
+        raise _unfit(pocket, f": it {half_seen_line(half)}; {best} at best")
 
 
 def _check_bridge(pocket: PocketReport, section: BridgeSection) -> None:

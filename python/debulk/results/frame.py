@@ -22,8 +22,7 @@ _WORDS = {
 def to_dataframe(report: ReportData) -> pandas.DataFrame:
     """Return a row for each pocket, with its number as the index and the columns of the .csv."""
     pandas = imported("pandas", "pandas", "to_dataframe")
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
-    rows = [{name: _value(pocket, name, limit_mm) for name in CSV_COLUMNS} for pocket in report.pockets]
+    rows = [{name: _value(pocket, name, report.limit_mm) for name in CSV_COLUMNS} for pocket in report.pockets]
     return pandas.DataFrame(rows, columns=list(CSV_COLUMNS)).set_index("id")
 
 

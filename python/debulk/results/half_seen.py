@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from debulk.results.area import in_cm2
+from debulk.results.number import span
 from debulk.verdict import Verdict
 
 MOST_OF_RIM = 0.25
@@ -83,11 +84,7 @@ def hole_names(holes: Sequence[HoleBeside]) -> str:
 def half_seen_line(seen: HalfSeen) -> str:
     """Describe what borders on a pocket, and its outcome in each way."""
     line = f"borders on {hole_names(seen.holes)}, with {100 * seen.rim_share:.0f} % of its perimeter in it"
-    told = []
     for way in seen.ways:
-        ridge = ""
-        if way.ridge_range_mm is not None:
-            low, high = (f"{height:.2f}" for height in way.ridge_range_mm)
-            ridge = f", ridge {low if low == high else f'{low} to {high}'} mm"
-        told.append(f"{way.holes}: {way.verdict.name}{ridge}")
-    return "; ".join([line, *told])
+        ridge = "" if way.ridge_range_mm is None else f", ridge {span(way.ridge_range_mm)} mm"
+        line += f"; {way.holes}: {way.verdict.name}{ridge}"
+    return line

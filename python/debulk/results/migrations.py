@@ -6,7 +6,8 @@ takes away, and that the verdict of an old record was given by the rules of its 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import copy
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from debulk._core import InputError
@@ -14,12 +15,48 @@ from debulk._core import InputError
 Tree = dict[str, Any]
 OLDEST = 1
 
+# By schema, the values that are new in it: in the record itself (""), or in each entry of one of its lists.
+_NEW_IN_REPORT: Mapping[int, Mapping[str, Tree]] = {
+    3: {"": {"level": None}},
+    4: {
+        "": {"unseen": [], "wrinkles": [], "trace": None},
+        "left_out": {"place_mm": None},
+        "pockets": {"excess": None, "promoted": ""},
+    },
+    5: {
+        "pockets": dict.fromkeys(("drawn_in_mm", "drawn_in_tension_n_per_mm", "drawn_in_hold_n_per_mm"))
+        | {"ridges": []}
+    },
+    6: {"pockets": {"half_seen": None}},
+    7: {"pockets": {"edge_friction": None}},
+    8: {"pockets": {"bridge_section": None}},
+    10: {"": {"excess_map": None}},
+    11: {"": {"chain": None}},
+    13: {
+        "": {"runs": None, "crease_probability": None},
+        "findings": {"remedy": ""},
+        "pockets": {"crease_probability": None, "remedy": ""},
+    },
+    14: {"": {"shear_map": None}},
+}
+_NEW_IN_COMPARISON: Mapping[int, Mapping[str, Tree]] = {
+    5: {"pockets": {"predicted_ridges_mm": [], "predicted_place_mm": None}},
+    12: {
+        "": dict.fromkeys(("trace", "report_trace", "report_verdict", "report_sha256")) | {"recipe": {}, "source": {}},
+    },
+}
+
 
 def migrated(tree: Tree, schema: int, present: int) -> Tree:
     """Bring the JSON of a report or a comparison, without format and schema, from an earlier schema to the present."""
+    new, steps = (_NEW_IN_REPORT, _REPORT) if "verdict" in tree else (_NEW_IN_COMPARISON, _COMPARISON)
     try:
         for reached in range(schema + 1, present + 1):
-            (_REPORT if "verdict" in tree else _COMPARISON).get(reached, _nothing)(tree)
+            for where, values in new.get(reached, {}).items():
+                for entry in tree[where] if where else (tree,):
+                    _add(entry, **copy.deepcopy(values))
+            if reached in steps:
+                steps[reached](tree)
         tree["warnings"] = [*tree["warnings"], _note(tree, schema, present)]
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise InputError(f"not a record of schema {schema}: {type(error).__name__}: {error}") from None
@@ -32,10 +69,6 @@ def _note(tree: Tree, schema: int, present: int) -> str:
         "are those of the rules of its time, and are not checked against its figures; what newer records have in "
         "addition was not looked at"
     )
-
-
-def _nothing(tree: Tree) -> None:
-    """Change nothing."""
 
 
 def _add(tree: Tree, **values: Any) -> None:
@@ -54,18 +87,10 @@ def _to_2(report: Tree) -> None:
         recipe.setdefault("net", {})["free_edge_mm"] = edge_mm
 
 
-def _to_3(report: Tree) -> None:
-    _add(report, level=None)
-
-
 def _to_4(report: Tree) -> None:
-    _add(report, unseen=[], wrinkles=[], trace=None)
-    for entry in report["left_out"]:
-        _add(entry, place_mm=None)
     for pocket in report["pockets"]:
         decided = pocket["rms_mm"] is not None and pocket["verdict"] in ("cease", "crease")
-        _add(pocket, decided_by="paper" if decided else "", excess=None, promoted="")
-        _add(pocket, paper_verdict=pocket["verdict"] if decided else None)
+        _add(pocket, decided_by="paper" if decided else "", paper_verdict=pocket["verdict"] if decided else None)
     if report["recipe"]:
         _add(report["recipe"].setdefault("verdict", {}), criterion="paper")
         _add(report["recipe"].setdefault("solve", {}), when="always")
@@ -74,36 +99,13 @@ def _to_4(report: Tree) -> None:
 def _to_5(report: Tree) -> None:
     if report["level"] is not None:
         _add(report["level"], loose_share=0.0)
-    for pocket in report["pockets"]:
-        _add(pocket, ridges=[], drawn_in_mm=None, drawn_in_tension_n_per_mm=None, drawn_in_hold_n_per_mm=None)
     if report["recipe"]:
         _add(report["recipe"].setdefault("loads", {}), lumping="paper")
 
 
-def _ridges_of_comparison(comparison: Tree) -> None:
-    for pocket in comparison["pockets"]:
-        _add(pocket, predicted_ridges_mm=[], predicted_place_mm=None)
-
-
-def _trace_of_comparison(comparison: Tree) -> None:
-    _add(comparison, trace=None, report_trace=None, report_verdict=None, report_sha256=None, recipe={}, source={})
-
-
-def _to_6(report: Tree) -> None:
-    for pocket in report["pockets"]:
-        _add(pocket, half_seen=None)
-
-
 def _to_7(report: Tree) -> None:
-    for pocket in report["pockets"]:
-        _add(pocket, edge_friction=None)
     for excess in _excesses(report):
         _add(excess, missed_mm=0.0)
-
-
-def _to_8(report: Tree) -> None:
-    for pocket in report["pockets"]:
-        _add(pocket, bridge_section=None)
 
 
 def _to_9(report: Tree) -> None:
@@ -114,7 +116,6 @@ def _to_9(report: Tree) -> None:
 
 
 def _to_10(report: Tree) -> None:
-    _add(report, excess_map=None)
     for excess in _excesses(report):
         # The figures of the two nets that the excess was extrapolated from; the excess itself stays.
         for name in ("at_spacing_mm", "at_half_mm", "noise_bias_mm", "spacing_error_mm"):
@@ -125,20 +126,10 @@ def _to_10(report: Tree) -> None:
 def _to_11(report: Tree) -> None:
     finding = {"measured": None, "limit": None, "unit": "", "place_mm": None, "pocket": None}
     only = {"check": "not recorded", "at_best": report["verdict"], "reason": report["reason"], **finding}
-    _add(report, findings=[only], chain=None)
-
-
-def _to_13(report: Tree) -> None:
-    _add(report, runs=None, crease_probability=None)
-    for pocket in report["pockets"]:
-        _add(pocket, crease_probability=None)
-    for asking in (*report["findings"], *report["pockets"]):
-        _add(asking, remedy="")
+    _add(report, findings=[only])
 
 
 def _to_14(record: Tree) -> None:
-    if "verdict" in record:
-        _add(record, shear_map=None)
     for trace in (record["trace"], record.get("report_trace")):
         if trace is not None:
             _add(trace, nominal_angles_map=None)
@@ -146,20 +137,14 @@ def _to_14(record: Tree) -> None:
 
 _REPORT: dict[int, Callable[[Tree], None]] = {
     2: _to_2,
-    3: _to_3,
     4: _to_4,
     5: _to_5,
-    6: _to_6,
     7: _to_7,
-    8: _to_8,
     9: _to_9,
     10: _to_10,
     11: _to_11,
-    13: _to_13,
     14: _to_14,
 }
 _COMPARISON: dict[int, Callable[[Tree], None]] = {
-    5: _ridges_of_comparison,
-    12: _trace_of_comparison,
     14: _to_14,
 }

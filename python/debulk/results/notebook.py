@@ -22,9 +22,8 @@ _SHOWN = ("#", "verdict", "ridge mm", "range", "margin", "x mm", "y mm", "area c
 
 def report_html(report: ReportData) -> str:
     """Return the verdict, what to do, and a row for each pocket."""
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
     pockets = worst_first(report.pockets)
-    rows = [[figures(pocket, limit_mm)[name] for name in _SHOWN] for pocket in pockets]
+    rows = [[figures(pocket, report.limit_mm)[name] for name in _SHOWN] for pocket in pockets]
     deeds = "".join(f"<div>do: {escape(str(deed))}</div>" for deed in advice(report))
     table = _table(_SHOWN, rows, [pocket.verdict for pocket in pockets]) if rows else ""
     return f"<div>{_headline(report.verdict, report.reason)}{deeds}{table}</div>"

@@ -13,3 +13,15 @@ def number(value: float | None, digits: int) -> str:
     """
     # Adding zero turns the -0.0 that rounding makes of a tiny negative figure into 0.0.
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def span(ends: tuple[float, float]) -> str:
+    """Return lowest and highest height in mm, or one figure if they are the same when rounded.
+
+    Examples
+    --------
+    >>> span((0.2, 0.5)), span((0.201, 0.204))
+    ('0.20 to 0.50', '0.20')
+    """
+    low, high = (f"{height:.2f}" for height in ends)
+    return low if low == high else f"{low} to {high}"

@@ -45,8 +45,7 @@ def plot(report: ReportData, ax: Axes | None = None) -> Axes:
         ax.plot(*_closed(report.ply_outline_mm), color="white", linewidth=1.0)
         low, high = report.ply_outline_mm.min(axis=0) - _MARGIN_MM, report.ply_outline_mm.max(axis=0) + _MARGIN_MM
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # beside the ply the scan does not show its height
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
-    names = [text for pocket in report.pockets if (text := _draw(pocket, ax, limit_mm)) is not None]
+    names = [text for pocket in report.pockets if (text := _draw(pocket, ax, report.limit_mm)) is not None]
     found = [verdict for verdict in VERDICT_COLOURS if any(p.verdict is verdict for p in report.pockets)]
     for verdict in found:
         ax.plot([], [], color=VERDICT_COLOURS[verdict], linewidth=2.5, label=f"{VERDICT_SIGNS[verdict]} {verdict.name}")

@@ -509,6 +509,12 @@ class ReportData(Versioned):
         return self.verdict is Verdict.CEASE
 
     @property
+    def limit_mm(self) -> float | None:
+        """Limit of a ridge's height in the recipe; None: it is not known."""
+        limit: float | None = self.recipe.get("verdict", {}).get("max_ridge_mm")
+        return limit
+
+    @property
     def creasing(self) -> tuple[PocketReport, ...]:
         """The pockets that crease, in the report's order."""
         return tuple(pocket for pocket in self.pockets if pocket.verdict is Verdict.CREASE)

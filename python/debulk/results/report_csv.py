@@ -38,9 +38,8 @@ def csv_text(report: ReportData) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(CSV_COLUMNS)
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
     for pocket in report.pockets:
-        writer.writerow([cell(figure(pocket, name, limit_mm)) for name in CSV_COLUMNS])
+        writer.writerow([cell(figure(pocket, name, report.limit_mm)) for name in CSV_COLUMNS])
     return text.getvalue()
 
 

@@ -68,8 +68,7 @@ def table(report: ReportData, width: int | None = None) -> str:
         after.append(f"left out: {entry.what}: {entry.why}" + (f" ({entry.bound})" if entry.bound else ""))
     if report.timings_ms:
         after.append("times: " + ", ".join(f"{stage} {ms:.0f} ms" for stage, ms in report.timings_ms.items()))
-    limit_mm = report.recipe.get("verdict", {}).get("max_ridge_mm")
-    rows = [figures(pocket, limit_mm) for pocket in worst_first(report.pockets)]
+    rows = [figures(pocket, report.limit_mm) for pocket in worst_first(report.pockets)]
     return "\n".join(
         [
             headline(report, width),
@@ -141,6 +140,10 @@ def columns(
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     left_out: set[int] = set()
 
+    def cells_of(row: tuple[str, ...]) -> list[str]:
+        each = enumerate(zip(row, widths, strict=True))
+        return [c.ljust(w) if k in text else c.rjust(w) for k, (c, w) in each if k not in left_out]
+
     def room() -> int:
         kept = [w for k, w in enumerate(widths) if k not in left_out]
         return sum(kept) + 2 * len(kept) - 2
@@ -149,9 +152,8 @@ def columns(
     if width is not None and reason == len(widths) - 1 and width - last >= _LEAST_ROOM:
         lines = []
         for row in rows:
-            cells = [c.ljust(w) if k in text else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True))]
             folded = textwrap.wrap(row[-1], width - last) or [""]
-            lines.append("  ".join([*cells[:-1], folded[0]]).rstrip())
+            lines.append("  ".join([*cells_of(row)[:-1], folded[0]]).rstrip())
             lines += [" " * last + more for more in folded[1:]]
         return lines
     if width is not None:
@@ -160,12 +162,7 @@ def columns(
                 left_out.add(k)
     lines = []
     for row_number, row in enumerate(rows):
-        cells = [
-            c.ljust(w) if k in text else c.rjust(w)
-            for k, (c, w) in enumerate(zip(row, widths, strict=True))
-            if k not in left_out
-        ]
-        lines.append("  ".join(cells).rstrip())
+        lines.append("  ".join(cells_of(row)).rstrip())
         if row_number and reason in left_out and reason is not None and width is not None:
             indent = " " * (widths[0] + 2)
             lines += textwrap.wrap(row[reason], width, initial_indent=indent, subsequent_indent=indent)

@@ -83,7 +83,7 @@ def shapes(report: Report, pocket: int | None = None, magnify: float | None = No
     chosen = [p for p in report.pockets if pocket in (None, p.id)]
     if pocket is not None and not chosen:
         raise InputError(f"pocket: expected one of 1 to {len(report.pockets)}, but got {pocket!r}")
-    limit = report.recipe.get("verdict", {}).get("max_ridge_mm") or _LIMIT_MM
+    limit = report.limit_mm or _LIMIT_MM
     points = _map_points(report, chosen, None if pocket is None else chosen[0])
     if len(points) == 0 and not chosen:
         raise InputError("report: expected a height map or a pocket to draw, but it has neither")
