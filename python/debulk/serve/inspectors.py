@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ MOST = 8
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """What all inspectors of a cell have in common; the fields are those of `debulk.Inspector`."""
+    """What all inspectors of a cell have in common: arguments of `debulk.Inspector` by their names, and the units."""
 
     recipe: Recipe
     ply_outline: NDArray[np.float64] | None = None
@@ -46,18 +46,9 @@ class Cell:
 
     def inspector(self, reference: Path) -> Inspector:
         """Read a reference and prepare its inspector, which takes seconds; an error names the reference."""
+        given = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in ("unit", "frame_unit")}
         try:
-            return Inspector(
-                self.recipe,
-                files.load_cloud(reference, self.unit),
-                ply_outline=self.ply_outline,
-                fibre_angles_deg=self.fibre_angles_deg,
-                mold_from_scanner=self.mold_from_scanner,
-                camera=self.camera,
-                mask=self.mask,
-                chain=self.chain,
-                approved=self.approved,
-            )
+            return Inspector(reference=files.load_cloud(reference, self.unit), **given)
         except InputError as error:
             text = str(error)
             raise InputError(text if str(reference) in text else f"{reference}: {text}") from None
