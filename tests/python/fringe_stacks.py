@@ -38,14 +38,16 @@ def taken(rng, of, exposures, *, periods=(50, 51), steps=6, bits=8, gamma=1.0, w
     """Take the (E, n, H, W) images; an exposure of 1 is one that a reflectance of 1 does not quite saturate."""
     white = (1 << bits) - 1
     kind = np.uint8 if bits == 8 else np.uint16
+    steps_of = [2 * np.pi * (n * of.u + k / steps) for n in periods for k in range(steps)]
+    lights = [0.03 + 0.95 * (0.5 + 0.5 * np.cos(phase)) ** gamma for phase in steps_of]
     out = []
     for time in exposures:
-        for n in periods:
-            for k in range(steps):
-                light = 0.03 + 0.95 * (0.5 + 0.5 * np.cos(2 * np.pi * (n * of.u + k / steps))) ** gamma
-                electrons = np.minimum(well * time * of.reflectance * light, 50 * well)
-                electrons = electrons + rng.normal(size=electrons.shape) * np.sqrt(electrons + read**2)
-                out.append(np.clip(np.rint(electrons * (white / well)), 0, white).astype(kind))
+        bright = well * time * of.reflectance
+        for light in lights:
+            electrons = np.minimum(bright * light, 50 * well)
+            electrons += rng.normal(size=electrons.shape) * np.sqrt(electrons + read**2)
+            electrons *= white / well
+            out.append(np.clip(np.rint(electrons, out=electrons), 0, white, out=electrons).astype(kind))
     return np.array(out).reshape(len(exposures), -1, *of.u.shape)
 
 

@@ -184,6 +184,12 @@ def test_clouds_in_inches_or_centimetres_never_pass():
         assert report.verdict is Verdict.INVALID
 
 
+@functools.cache
+def inspector_of_a_list():
+    g = given("first")
+    return Inspector(None, g.in_mold(g.reference).reshape(-1, 3), g.ply_outline)
+
+
 @pytest.mark.parametrize(
     ("factor", "word"),
     [(1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres")],
@@ -191,8 +197,7 @@ def test_clouds_in_inches_or_centimetres_never_pass():
 )
 def test_a_scan_in_another_unit_than_its_reference_is_named(factor, word):
     g = given("first")
-    inspector = Inspector(None, g.in_mold(g.reference).reshape(-1, 3), g.ply_outline)
-    finding = inspector.inspect((factor * g.in_mold(g.scan)).reshape(-1, 3)).findings[0]
+    finding = inspector_of_a_list().inspect((factor * g.in_mold(g.scan)).reshape(-1, 3)).findings[0]
     assert finding.check == "unit"
     assert f"is the scan in {word}?" in finding.reason
 
