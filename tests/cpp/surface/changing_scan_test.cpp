@@ -16,14 +16,14 @@
 namespace debulk {
 namespace {
 
-constexpr int width = 320, height = 200, rounds = 50;
+constexpr int width = 160, height = 100, rounds = 50;
 
 std::vector<float> hill() {
   const View view = looking_down(width, height);
   std::vector<float> points;
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) {
-      const double r = 0.5 * std::hypot(i - 150.0, j - 90.0), z = 500 - (r < 35 ? 4 * (1 + std::cos(std::acos(-1.0) * r / 35)) : 0);
+      const double r = std::hypot(i - 75.0, j - 45.0), z = 500 - (r < 35 ? 4 * (1 + std::cos(std::acos(-1.0) * r / 35)) : 0);
       for (const double v : {view.camera.u(i) * z, view.camera.v(j) * z, z}) points.push_back(static_cast<float>(v));
     }
   return points;
