@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from debulk.arguments import typed
 from debulk.arrays import Floats, Singles
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
-from debulk.scenes.camera import aim
+from debulk.scenes.camera import Camera, aim
 from debulk.scenes.debulked import Debulked, Scanner, debulk
 from debulk.scenes.outline import StarPolygon, irregular_outline
 from debulk.scenes.placement import place
@@ -192,10 +193,8 @@ def layup(
     if threads is not None:
         _check_whole("threads", threads, 1, 1024)
 
-    rng = np.random.Generator(np.random.SFC64([seed, 0]))
-    camera = aim(rng, (width, height), pitch_mm)
-    outline = irregular_outline(rng)
-    pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
+    camera, edge, pockets, decoys = _drawn(seed, (width, height), pitch_mm, thickness_mm, cut_height_mm)
+    outline = edge.copy()
     ply = StarPolygon(outline)
     target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
     streams = (1 if repeat == 0 else 3 + repeat, 2)  # 3 is for the debulked scan
@@ -204,8 +203,8 @@ def layup(
     scan, reference = cast(camera, target, faults, reference_faults, workers)
     assert reference is not None
     truth = Truth(
-        pockets=tuple(pockets),
-        decoys=tuple(decoys),
+        pockets=pockets,
+        decoys=decoys,
         thickness_mm=thickness_mm,
         cut_height_mm=cut_height_mm,
         dropout=faults.dropout,
@@ -217,6 +216,20 @@ def layup(
     scanner = Scanner(camera, ply, seed, noise_mm, flying_share, dropout_share, workers)
     intrinsics = (camera.f, camera.cx, camera.cy)
     return Layup(scan, reference, camera.mold_from_scanner, intrinsics, outline, truth, scanner)
+
+
+@functools.lru_cache(maxsize=8)  # two thirds of the time of a small scan, of which a layup may have many
+def _drawn(
+    seed: int, pixels: tuple[int, int], pitch_mm: float | None, thickness_mm: float, cut_height_mm: float
+) -> tuple[Camera, Floats, tuple[Bump, ...], tuple[Bump, ...]]:
+    """Draw the camera, the ply's outline, pockets and decoys of a layup."""
+    rng = np.random.Generator(np.random.SFC64([seed, 0]))
+    camera = aim(rng, pixels, pitch_mm)
+    outline = irregular_outline(rng)
+    pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
+    for bump in (*pockets, *decoys):  # which all scans of the layup share
+        bump.outline_mm.flags.writeable = bump.foot_outline_mm.flags.writeable = False
+    return camera, outline, tuple(pockets), tuple(decoys)
 
 
 def _xy(xy: ArrayLike) -> tuple[Floats, Floats]:

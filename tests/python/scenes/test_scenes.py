@@ -426,3 +426,12 @@ def test_examples():
     result = doctest.testmod(importlib.import_module("debulk.scenes.scene"))
     assert result.attempted >= 3
     assert result.failed == 0
+
+
+def test_who_changes_a_layup_changes_no_other_scan_of_it():
+    one = layup(3, (64, 48))
+    one.ply_outline[:] = 0
+    for truth in (one.truth.pockets[0].outline_mm, one.truth.decoys[0].foot_outline_mm):
+        with pytest.raises(ValueError, match="read-only"):
+            truth[:] = 0
+    assert layup(3, (64, 48), repeat=1).ply_outline.any()
