@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core
 from debulk.arguments import typed
+from debulk.arrays import same_named
 
 _DEFAULTS = _core.section.SectionOptions()  # each default is defined only in cpp/debulk/section/fold.hpp
 
@@ -87,6 +88,10 @@ class Fold:
     mold."""
     natural_length_mm: float
     """l = (c / P)^(1/3), where c is the bending stiffness that acts: the length scale of all folds, mm."""
+
+
+_OF_LAST_STEP = ("height_mm", "foot_width_mm", "end_force_n_per_mm")
+_OF_CERTIFICATE = ("length_error", "penetration_mm", "kkt_error")
 
 
 @typed
@@ -203,25 +208,12 @@ def fold(
         options,
         stop,
     )
-    load_steps = tuple(
-        LoadStep(s.pressure_mpa, s.height_mm, s.foot_width_mm, s.end_force_n_per_mm, s.iterations) for s in found.steps
-    )
-    last = load_steps[-1]
-    certificate = found.certificate
+    load_steps = tuple(LoadStep(**same_named(LoadStep, step)) for step in found.steps)
     return Fold(
-        points_mm=found.points_mm,
-        height_mm=last.height_mm,
-        foot_width_mm=last.foot_width_mm,
-        end_force_n_per_mm=last.end_force_n_per_mm,
+        **same_named(Fold, found, "steps", *_OF_LAST_STEP, *_OF_CERTIFICATE),
+        **{name: getattr(load_steps[-1], name) for name in _OF_LAST_STEP},
+        **{name: getattr(found.certificate, name) for name in _OF_CERTIFICATE},
         steps=load_steps,
-        certified=found.certified,
-        status=found.status,
-        explanation=found.explanation,
-        length_error=certificate.length_error,
-        penetration_mm=certificate.penetration_mm,
-        kkt_error=certificate.kkt_error,
-        guide_force_n_per_mm=found.guide_force_n_per_mm,
-        natural_length_mm=found.natural_length_mm,
     )
 
 

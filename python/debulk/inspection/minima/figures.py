@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from debulk import ridge, sheet, solve
+from debulk.arrays import same_named
 from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.inspection.minima.starts import Settled
 from debulk.results.report import LeftOut, PocketNet, SolveReport
@@ -26,19 +27,17 @@ _LEFT_OUT = {
 }
 
 
+_OF_SOLUTION = ("status", "certified", "iterations", "evaluations")
+_OF_CERTIFICATE = ("length_error", "penetration_mm", "kkt_error", "curvature", "compliant")
+
+
 def net_figures(laid: LaidPocket) -> dict[str, Any]:
     """Return the fields of a pocket's report that come from its net."""
     net = laid.net
     return {
         "spacing_mm": net.spacing_mm,
         "node_count": len(net.nodes_mm),
-        "net": PocketNet(
-            nodes_mm=net.nodes_mm,
-            neighbours=net.neighbours,
-            kinds=net.kinds.astype(np.uint8),
-            edges=net.edges,
-            inside=net.inside,
-        ),
+        "net": PocketNet(kinds=net.kinds.astype(np.uint8), **same_named(PocketNet, net, "kinds")),
         "initial_gap_mm": laid.sheet.gaps(net.nodes_mm),
     }
 
@@ -80,16 +79,9 @@ def _solve_report(laid: LaidPocket, solution: solve.Solution) -> SolveReport:
     certificate = solution.certificate
     return SolveReport(
         method=laid.recipe.solve.method,
-        status=solution.status,
-        certified=solution.certified,
-        iterations=solution.iterations,
-        evaluations=solution.evaluations,
-        length_error=certificate.length_error,
-        penetration_mm=certificate.penetration_mm,
-        kkt_error=certificate.kkt_error,
-        curvature=certificate.curvature,
+        **{name: getattr(solution, name) for name in _OF_SOLUTION},
+        **{name: getattr(certificate, name) for name in _OF_CERTIFICATE},
         energy_gain_mj=laid.sheet.energy(laid.sheet.start_mm) - solution.energy_mj,
-        compliant=certificate.compliant,
         starts=len(solution.minima),
         doubt=certificate.failure,
     )
