@@ -67,13 +67,13 @@ try() { # VERSION oldest|newest
         [ -x "$venv/bin/python" ] || "$found" -m venv "$venv"
         required run "$2" >"$work/$1/run.txt"
         wheel_for "$venv/bin/python" "$1"
-        "$venv/bin/python" -m pip install -r "$work/$1/run.txt" pytest pytest-xdist hypothesis
+        "$venv/bin/python" -m pip install -r "$work/$1/run.txt" pytest hypothesis
         "$venv/bin/python" -m pip install --no-deps --force-reinstall "$work/$1"/wheels/*.whl
         "$venv/bin/python" -m pip list
     } >"$log" 2>&1 </dev/null || { tail -n 40 "$log" >&2; exit 1; }
     "$venv/bin/debulk" demo -o "$work/$1/demo" >>"$log" 2>&1 || status=$?
     [ $status -le 1 ] || [ $status -eq 4 ] || { tail -n 40 "$log" >&2; say "debulk demo ended with $status" >&2; exit 1; }
-    "$venv/bin/python" -m pytest -q -n 2 --dist worksteal -p no:cacheprovider "${tests[@]}"
+    "$venv/bin/python" -m pytest -q -p no:cacheprovider "${tests[@]}"
 }
 
 mkdir -p "$work"
