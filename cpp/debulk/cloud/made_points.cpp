@@ -1,9 +1,9 @@
 #include "debulk/cloud/made_points.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "debulk/core/error.hpp"
@@ -21,13 +21,16 @@ constexpr std::uint32_t one = 1, second = one << bits, third = second << bits, m
 
 float median_of_some(const float* values, const std::uint8_t* on, std::size_t size) {
   const auto known = [&](std::size_t k) { return on[k] != 0 && std::isfinite(values[k]); };
-  std::size_t count = 0, seen = 0;
+  std::size_t count = 0;
   for (std::size_t k = 0; k < size; ++k) count += known(k);
   if (count == 0) return 0;
   const std::size_t every = 1 + count / some;
   std::vector<float> few;
-  for (std::size_t k = 0; k < size; ++k)
-    if (known(k) && seen++ % every == 0) few.push_back(values[k]);
+  for (std::size_t k = 0, left = 0; k < size; ++k) {
+    if (!known(k)) continue;
+    if (left == 0) few.push_back(values[k]), left = every;
+    --left;
+  }
   const auto upper = few.begin() + static_cast<std::ptrdiff_t>(few.size() / 2);
   std::nth_element(few.begin(), upper, few.end());
   return few.size() % 2 == 1 ? *upper : (*std::max_element(few.begin(), upper) + *upper) / 2;
@@ -88,20 +91,23 @@ class Search {
 
   void mark(std::uint8_t* marks) {
     points([&](std::size_t begin, std::size_t end) {
+      for (std::size_t way = 0; way < quiet_.size(); way += 2) {
+        const float *down = apart(way), *right = apart(way + 1), below_down = quiet_[way], below_right = quiet_[way + 1];
+        for (std::size_t k = begin; k < end; ++k) marks[k] |= static_cast<std::uint8_t>((down[k] < below_down) & (right[k] < below_right));
+      }
+      const float *down = apart(0), *right = apart(1), above_down = wild_[0], above_right = wild_[1];
+      const std::uint8_t *copied = asked_.copied, *on = asked_.on_ply;
+      std::uint8_t *copies = marks + size_, *flies = copies + size_;  // along both: beside a flying pixel it is along one
+      std::uint32_t* counts = counts_.data();
       for (std::size_t k = begin; k < end; ++k) {
-        bool still = false;
-        for (std::size_t way = 0; way < quiet_.size(); way += 2)
-          still |= (apart(way)[k] < quiet_[way]) & (apart(way + 1)[k] < quiet_[way + 1]);
-        const bool copy = (asked_.copied[k] & asked_.on_ply[k]) != 0;
-        marks[k] = still, marks[size_ + k] = copy;
-        // Along both: beside a flying pixel it is along one.
-        marks[2 * size_ + k] = (apart(0)[k] > wild_[0]) & (apart(1)[k] > wild_[1]);
-        counts_[k] = asked_.on_ply[k] + second * copy;
+        copies[k] = copied[k] & on[k];
+        flies[k] = static_cast<std::uint8_t>((down[k] > above_down) & (right[k] > above_right));
+        counts[k] = on[k] + second * copies[k];
       }
     });
     if (copies_are_common()) std::fill_n(marks + size_, size_, std::uint8_t{0});
-    odd_.resize(size_);
-    for (std::size_t k = 0; k < size_; ++k) odd_[k] = marks[size_ + k] | marks[2 * size_ + k];
+    odd_.assign(marks + size_, marks + 2 * size_);
+    for (std::size_t k = 0; k < size_; ++k) odd_[k] |= marks[2 * size_ + k];
   }
 
   // Whether the median over the ply of the share of copies in the window around is above the limit.
@@ -112,15 +118,17 @@ class Search {
       float below = 0, next = std::numeric_limits<float>::infinity();  // the shares nearest to the limit
     };
     std::vector<Part> parts(static_cast<std::size_t>(asked_.rows / strip + 1));
-    windows([&](std::size_t k, std::uint32_t sum) {
-      if (asked_.on_ply[k] == 0) return;
-      const float share = static_cast<float>(sum >> bits) / static_cast<float>(sum & mask);
-      Part& part = parts[k / width() / strip];
-      ++part.all;
-      if (share > limit)
-        ++part.above, part.next = std::min(part.next, share);
-      else
-        part.below = std::max(part.below, share);
+    windows([&](std::size_t first, const std::uint32_t* sums) {
+      Part& part = parts[first / width() / strip];
+      for (std::size_t c = 0; c < width(); ++c) {
+        if (asked_.on_ply[first + c] == 0) continue;
+        const float share = static_cast<float>(sums[c] >> bits) / static_cast<float>(sums[c] & mask);
+        ++part.all;
+        if (share > limit)
+          ++part.above, part.next = std::min(part.next, share);
+        else
+          part.below = std::max(part.below, share);
+      }
     });
     Part whole;
     for (const Part& part : parts) {
@@ -131,29 +139,28 @@ class Search {
     return 2 * whole.above > whole.all;
   }
 
-  // Calls visit(k, sum) with the sum of the counts over the window around each point; those beyond the rim are 0.
+  // Calls visit(k, sums) for each row, with its first point and the sums of the counts over the window around each of its
+  // points; counts beyond the rim are 0.
   template <class Visit>
   void windows(const Visit& visit) const {
     const long half = limits_.window_cells / 2;
     parallel_for(asked_.rows, strip, threads_, stop_, [&](long begin, long end) {
-      const auto beside = static_cast<std::size_t>(half);
-      std::vector<std::uint32_t> columns(width() + 2 * beside);  // sums over the rows around, and none at both ends
-      const auto row = [&](long at, std::uint32_t sign) {
+      const auto beside = static_cast<std::size_t>(half), wide = width();
+      std::vector<std::uint32_t> columns(wide + 2 * beside), sums(wide);  // columns: over the rows around; none at both ends
+      const auto row = [&](long at, auto change) {
         if (at < 0 || at >= asked_.rows) return;
-        const std::uint32_t* from = counts_.data() + static_cast<std::size_t>(at) * width();
-        for (std::size_t c = 0; c < width(); ++c) columns[beside + c] += sign * from[c];
+        const std::uint32_t* from = counts_.data() + static_cast<std::size_t>(at) * wide;
+        std::uint32_t* to = columns.data() + beside;
+        for (std::size_t c = 0; c < wide; ++c) to[c] = change(to[c], from[c]);
       };
-      for (long at = begin - half; at < begin + half; ++at) row(at, one);
+      for (long at = begin - half; at < begin + half; ++at) row(at, std::plus<>());
       for (long at = begin; at < end; ++at) {
-        row(at + half, one);
+        row(at + half, std::plus<>());
         std::uint32_t sum = 0;
         for (std::size_t c = 0; c < 2 * beside; ++c) sum += columns[c];
-        for (std::size_t c = 0; c < width(); ++c) {
-          sum += columns[c + 2 * beside];
-          visit(static_cast<std::size_t>(at) * width() + c, sum);
-          sum -= columns[c];
-        }
-        row(at - half, ~std::uint32_t{0});
+        for (std::size_t c = 0; c < wide; ++c) sums[c] = sum += columns[c + 2 * beside], sum -= columns[c];
+        visit(static_cast<std::size_t>(at) * wide, static_cast<const std::uint32_t*>(sums.data()));
+        row(at - half, std::minus<>());
       }
     });
   }
@@ -163,11 +170,13 @@ class Search {
   void add(MadePoints& out, const Known& known, const Quiet& quiet) {
     std::atomic<long> all{0}, quiets{0}, odds{0};
     points([&](std::size_t begin, std::size_t end) {
-      long n = 0, still = 0, odd = 0;
+      const std::uint8_t *on = asked_.on_ply, *odd_one = odd_.data();
+      std::uint32_t* counts = counts_.data();
+      std::uint32_t n = 0, still = 0, odd = 0;
       for (std::size_t k = begin; k < end; ++k) {
-        const bool is_known = (asked_.on_ply[k] != 0) & known(k);
-        const bool is_odd = is_known & (odd_[k] != 0), is_quiet = is_known & !is_odd & quiet(k);
-        counts_[k] = one * is_known + second * is_quiet + third * is_odd;
+        const std::uint32_t is_known = (on[k] != 0) & known(k), is_odd = is_known & (odd_one[k] != 0);
+        const std::uint32_t is_quiet = is_known & (is_odd ^ one) & quiet(k);
+        counts[k] = one * is_known + second * is_quiet + third * is_odd;
         n += is_known, still += is_quiet, odd += is_odd;
       }
       all += n, quiets += still, odds += odd;
@@ -181,12 +190,17 @@ class Search {
     const float of_rest = odds_of(1 - (limits_.made_copied + limits_.made_quiet), 1 - (natural_odd + natural_quiet));
     const auto weight = [of_rest](float of) { return static_cast<double>(of_rest + (of - of_rest)); };
     const double of_odd = weight(odds_of(limits_.made_copied, natural_odd)), of_quiet = weight(odds_of(limits_.made_quiet, natural_quiet));
-    const double enough = limits_.least_share * limits_.window_cells * limits_.window_cells;
-    windows([&](std::size_t k, std::uint32_t sum) {
-      const std::uint32_t seen = sum & mask, still = (sum >> bits) & mask, odd = sum >> 2 * bits;
-      if (asked_.on_ply[k] != 0 && seen >= enough &&
-          (seen - still - odd) * static_cast<double>(of_rest) + still * of_quiet + odd * of_odd > 0)
-        out.made[k] = 1;
+    const double of_rest_exact = of_rest, enough = limits_.least_share * limits_.window_cells * limits_.window_cells;
+    windows([&](std::size_t first, const std::uint32_t* sums) {
+      const std::uint8_t* on = asked_.on_ply + first;
+      std::uint8_t* made = out.made.data() + first;
+      const auto least = static_cast<int>(std::ceil(enough));
+      for (std::size_t c = 0, wide = width(); c < wide; ++c) {
+        const auto part = [sum = sums[c]](int at) { return static_cast<int>((sum >> at) & mask); };
+        const int seen = part(0), still = part(bits), odd = part(2 * bits);
+        const double log_odds = (seen - still - odd) * of_rest_exact + still * of_quiet + odd * of_odd;
+        made[c] |= static_cast<std::uint8_t>((on[c] != 0) & (seen >= least) & (log_odds > 0));
+      }
     });
   }
 
