@@ -224,7 +224,7 @@ def test_a_changed_copy_is_checked():
     [
         (b"[material]\nthickness_mm = = 3\n", ["not valid TOML", "line 2"]),
         (b"\xff\xfe", ["byte 0 is not UTF-8"]),
-        (b"a = " + b"[" * 5000, ["not a recipe"]),
+        (b"a = " + b"[" * 50_000, ["not a recipe"]),
         (b"[material]\nthickness_mm = nan\n", ["material.thickness_mm", "finite"]),
         (b"[material]\nyoung_mpa = 1e999\nfriction = -inf\n", ["2 wrong", "material.young_mpa", "material.friction"]),
         (b"# " + b"x" * (1 << 20), ["expected a recipe"]),
