@@ -7,7 +7,7 @@ import hashlib
 import json
 import sqlite3
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
@@ -30,6 +30,7 @@ from debulk.results.report import FORMAT as REPORT
 _OUTCOME = "debulk outcome"
 _FAST = 1  # level of compression: a record is stored while a cell waits
 _SAYS = ("CEASE", "CREASE")
+_SAME = ("time_utc", "scan", "recipe", "part", "ply")  # of one inspection
 
 
 class History:
@@ -91,7 +92,7 @@ class History:
         if not self.pictures:
             kept = dataclasses.replace(report, height_map=None, excess_map=None, shear_map=None)
         text = codec.dumps(kept, REPORT)
-        return self._add("report", None, text, lambda number: rows.of_report(number, report), _known(report))
+        return self._add("report", None, text, lambda number: rows.of_report(number, report))
 
     @typed
     def add_comparison(self, comparison: Comparison, report: Report) -> int:
@@ -166,7 +167,7 @@ class History:
         if not self.path.is_file():
             return None
         with connected(self.path) as connection:
-            return _known(report)(connection)
+            return _known(connection, rows.as_tuples(rows.of_report(0, report)))
 
     @typed
     def kind(self, record: int) -> str:
@@ -241,22 +242,15 @@ class History:
         with connected(self.path) as connection:
             return checked(connection, head)
 
-    def _add(
-        self,
-        kind: str,
-        of: int | None,
-        text: str,
-        made: Callable[[int], list[Row]],
-        known: Callable[[sqlite3.Connection], int | None] = lambda _: None,
-    ) -> int:
+    def _add(self, kind: str, of: int | None, text: str, made: Callable[[int], list[Row]]) -> int:
         body = zlib.compress(text.encode("utf-8", "backslashreplace"), _FAST)
         now = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         with connected(self.path, write=True) as connection:
-            if there := known(connection):  # asked where nobody else writes, or two that add it at once both would
-                return there
             number, previous = _last(connection)
             number += 1
             tables = rows.as_tuples(made(number))
+            if there := _known(connection, tables):  # asked while nobody else writes: two that add it would both do so
+                return there
             header = (number, kind, of, now, rows.digest(tables), previous)
             connection.execute("INSERT INTO record VALUES (?, ?, ?, ?, ?, ?, ?)", (*header, record_hash(header, body)))
             connection.execute("INSERT INTO body VALUES (?, ?)", (number, body))
@@ -276,19 +270,16 @@ class History:
             raise InputError(f"{self.path}: record {record} was damaged: {error}") from None
 
 
-def _known(report: Report) -> Callable[[sqlite3.Connection], int | None]:
-    """Return what finds the record of a report by the time, the scan and the recipe of its inspection."""
-    if report.trace is None:
-        return lambda _: None
-    row = next(one for one in rows.of_report(0, report) if isinstance(one, LayupRow))
-    query = "SELECT max(record) FROM layup WHERE time_utc = ? AND scan = ? AND recipe = ? AND part = ? AND ply = ?"
-    key = row.time_utc, row.scan, row.recipe, row.part, row.ply
-
-    def known(connection: sqlite3.Connection) -> int | None:
-        number: int | None = connection.execute(query, key).fetchone()[0]
-        return number
-
-    return known
+def _known(connection: sqlite3.Connection, tables: Mapping[str, Sequence[tuple[Any, ...]]]) -> int | None:
+    """Return the record of the same inspection; None if there is none, or it is not known when it was."""
+    for line in tables.get("layup", ()):
+        row = dict(zip(rows.columns(LayupRow), line, strict=True))
+        if row["time_utc"]:
+            same = " AND ".join(f"{name} = ?" for name in _SAME)
+            values = [row[name] for name in _SAME]
+            number: int | None = connection.execute(f"SELECT max(record) FROM layup WHERE {same}", values).fetchone()[0]
+            return number
+    return None
 
 
 def _last(connection: sqlite3.Connection) -> tuple[int, str]:

@@ -130,7 +130,9 @@ def test_a_report_that_several_add_at_once_is_there_once(tmp_path, report):
     other = dataclasses.replace(report, recipe={**report.recipe, "of": "somebody else"})
     assert there.add(other) == 3
     assert there.add_comparison(compared(report), report) == 4
-    assert len(there.find()) == 3
+    half = of(report, part="half of a character \udc80")
+    assert (there.add(half), there.add(half), there.number_of(half)) == (5, 5, 5)
+    assert len(there.find()) == 4
 
 
 def test_the_word_of_an_operator_is_kept(history):
