@@ -103,7 +103,7 @@ class History:
         InputError
             As for `add`.
         """
-        of = self.add(report)
+        of = self.number_of(report) or self.add(report)  # which would settle and write out what is there
         kept = comparison if self.pictures else dataclasses.replace(comparison, height_map=None)
         text = codec.dumps(kept, COMPARISON)
         return self._add("comparison", of, text, lambda number: rows.of_comparison(number, of, comparison))
