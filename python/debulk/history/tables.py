@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,7 @@ from debulk.history.rows import TABLES, Row
 _APPLICATION = 0x6462_6C6B  # "dblk", in the file's header: this file is a history
 _LAYOUT = 2  # of the tables
 _PATIENCE_S = 2.0  # for which a writer waits for another one
+_PAUSE_S = 0.01
 _TYPES = {"int": "INTEGER NOT NULL", "str": "TEXT NOT NULL", "float": "REAL NOT NULL", "float | None": "REAL"}
 
 # `of` is the report that a comparison or an operator's word is about. `figures` is the digest of the record's rows in
@@ -85,9 +87,10 @@ def _opened(path: Path, write: bool) -> sqlite3.Connection:
 
 
 def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
+    # In this order: somebody who makes the history between the two questions has made it, with its number, as a whole.
+    tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     application = connection.execute("PRAGMA application_id").fetchone()[0]
-    empty = not application and not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-    if empty and write:
+    if not tables and not application and write:
         _make(connection)
         return
     if application != _APPLICATION:
@@ -115,7 +118,7 @@ def _from_first(connection: sqlite3.Connection, write: bool) -> None:
 
 def _make(connection: sqlite3.Connection) -> None:
     # Readers and a writer do not wait for each other, and a commit is on the disk before it returns.
-    connection.execute("PRAGMA journal_mode = WAL")
+    _with_log(connection)
     connection.execute("PRAGMA synchronous = FULL")
     connection.execute("BEGIN IMMEDIATE")
     if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:  # nobody else was faster
@@ -126,6 +129,19 @@ def _make(connection: sqlite3.Connection) -> None:
         connection.execute(f"PRAGMA user_version = {_LAYOUT}")
         connection.execute(f"PRAGMA application_id = {_APPLICATION}")
     connection.execute("COMMIT")
+
+
+def _with_log(connection: sqlite3.Connection) -> None:
+    """Write changes to a log first; SQLite does not wait by itself for another one that asks for the same."""
+    last = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY or time.monotonic() > last:
+                raise
+            time.sleep(_PAUSE_S)
 
 
 def _index(connection: sqlite3.Connection, index: str) -> None:

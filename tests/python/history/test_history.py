@@ -19,6 +19,7 @@ from debulk.history import History
 from debulk.history.export import export
 from debulk.history.kept import history_of
 from debulk.history.rows import TABLES
+from debulk.history.tables import connected
 from debulk.results.comparison import PocketComparison
 from debulk.results.finding import Finding
 
@@ -133,6 +134,18 @@ def test_a_report_that_several_add_at_once_is_there_once(tmp_path, report):
     half = of(report, part="half of a character \udc80")
     assert (there.add(half), there.add(half), there.number_of(half)) == (5, 5, 5)
     assert len(there.find()) == 4
+
+
+def test_a_history_that_several_begin_at_once_is_theirs(tmp_path):
+    """One found no number of a history in the file, then the tables that another had just made: "not a history"."""
+
+    def begin(path: Path) -> None:
+        with connected(path, write=True):
+            pass
+
+    with ThreadPoolExecutor(8) as pool:
+        for k in range(40):
+            list(pool.map(begin, [tmp_path / f"{k}.sqlite"] * 8))
 
 
 def test_the_word_of_an_operator_is_kept(history):
