@@ -99,8 +99,7 @@ def of_another_scan(
 
 def consolidated(setup: Setup) -> Setup:
     """Return the setup whose heights are those of a ply that debulking has pressed to its consolidated thickness."""
-    material = setup.recipe.material
-    return replace(setup, prepared=replace(setup.prepared, thickness_mm=material.thickness_mm / material.bulk_factor))
+    return replace(setup, prepared=replace(setup.prepared, thickness_mm=setup.recipe.material.consolidated_mm))
 
 
 def placing_of(report: Report, setup: Setup) -> Placing:

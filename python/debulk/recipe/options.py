@@ -97,8 +97,8 @@ def looked_for_mm2(recipe: Recipe) -> float:
 
 def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
     """Return a bridge's height, mm, as post-processing counts it: with the consolidated ply; 0 if the ply touches."""
-    thickness_mm = recipe.material.thickness_mm
-    return gap_mm + thickness_mm / recipe.material.bulk_factor if gap_mm > thickness_mm / 30 else 0.0
+    material = recipe.material
+    return gap_mm + material.consolidated_mm if gap_mm > material.thickness_mm / 30 else 0.0
 
 
 def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
@@ -109,7 +109,7 @@ def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
 def bridges_from_mm(recipe: Recipe) -> float:
     """Return the largest gap, mm, below a bridge that does not count."""
     material = recipe.material
-    return max(material.thickness_mm / 30, counts_from_mm(recipe) - material.thickness_mm / material.bulk_factor)
+    return max(material.thickness_mm / 30, counts_from_mm(recipe) - material.consolidated_mm)
 
 
 def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:

@@ -59,6 +59,11 @@ class Material(Section):
         description="stiffness of the resin that holds the nets down where the ply lies on the mold; 0: none",
     )
 
+    @property
+    def consolidated_mm(self) -> float:
+        """Thickness of the debulked ply: as high stands one without any wrinkle."""
+        return self.thickness_mm / self.bulk_factor
+
 
 class Loads(Section):
     """What presses the ply down."""

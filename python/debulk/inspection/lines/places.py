@@ -102,7 +102,7 @@ def _counts_from_mm(recipe: Recipe) -> float:
     counts_mm, limits = options.counts_from_mm(recipe), recipe.verdict
     if limits.criterion != "paper":
         return counts_mm
-    base_mm = recipe.material.thickness_mm / recipe.material.bulk_factor
+    base_mm = recipe.material.consolidated_mm
     share = min(1.0, 2 / math.sqrt(recipe.net.node_target))  # fibres of both directions per node
     over_base = (limits.max_rms_mm - limits.rms_margin_mm) ** 2 - base_mm**2
     return min(counts_mm, math.sqrt(max(0.0, base_mm**2 + over_base / share)))

@@ -103,8 +103,7 @@ class LaidPocket:
     def without_bridge(self, one: ridge.PostProcessed) -> ridge.PostProcessed:
         """Leave the net's own bridges out, also of the RMS, as a bridge that is drawn in is left out."""
         rest_mm = one.gap_mm[self.net.inside & ~one.is_bridge & ~one.is_drawn_in]
-        material = self.recipe.material
-        rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else material.thickness_mm / material.bulk_factor
+        rms_mm = float(np.sqrt(np.mean(rest_mm**2))) if rest_mm.size else self.recipe.material.consolidated_mm
         return replace(one, bridge_height_mm=0.0, rms_mm=rms_mm)
 
 

@@ -69,13 +69,12 @@ def upper_mm(runs: FibreRuns) -> float:
 def ridge_of(excess_mm: float, recipe: Recipe) -> float:
     """Return the height, mm, of a single ridge that takes up all of an excess length."""
     material = recipe.material
-    base_mm = material.thickness_mm / material.bulk_factor
     if excess_mm <= 0:
-        return base_mm
-    return max(base_mm, _core.ridge.ridge_height_of_excess(excess_mm, material.thickness_mm))
+        return material.consolidated_mm
+    return max(material.consolidated_mm, _core.ridge.ridge_height_of_excess(excess_mm, material.thickness_mm))
 
 
 def _standing(excess_mm: float, recipe: Recipe) -> float:
     """Return the ridge's height; 0 if it is within the consolidated ply."""
     height_mm = ridge_of(excess_mm, recipe)
-    return height_mm if height_mm > recipe.material.thickness_mm / recipe.material.bulk_factor else 0.0
+    return height_mm if height_mm > recipe.material.consolidated_mm else 0.0
