@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -11,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from debulk._core import InputError
 from debulk.arguments import typed
+from debulk.toml_text import values_in
 
 NAME = "layup.toml"
 
@@ -89,9 +89,10 @@ def layups(archive: str | PathLike[str]) -> list[Layup]:
 
 def _read(path: Path, archive: Path) -> Layup:
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError) as error:
+        data = path.read_bytes()
+    except OSError as error:
         raise InputError(f"{path}: {error}") from None
+    given = values_in(data, path, "a layup")
     context = given.setdefault("context", {})
     if isinstance(context, dict):
         context.setdefault("part", path.parent.relative_to(archive).as_posix())

@@ -6,7 +6,6 @@ Import this module only where it is needed, not with the package: importing pyda
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -32,6 +31,7 @@ from debulk.recipe.tables import (
     Uncertainty,
     VerdictLimits,
 )
+from debulk.toml_text import values_in
 
 Table = Mapping[str, Any]
 _MAX_FILE_BYTES = 1 << 20  # a recipe has a few kilobytes; a file far larger is something else
@@ -152,15 +152,10 @@ class Recipe(Section):
         try:
             if path.stat().st_size > _MAX_FILE_BYTES:
                 raise InputError(f"{path}: expected a recipe in TOML, got a file of {path.stat().st_size} bytes")
-            values = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+            data = path.read_bytes()
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except UnicodeDecodeError as error:
-            raise InputError(f"{path}: not a text file: byte {error.start} is not UTF-8") from None
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"{path}: not valid TOML: {error}") from None
-        except RecursionError:
-            raise InputError(f"{path}: not a recipe: nested too deeply") from None
+        values = values_in(data, path, "a recipe")
         try:
             return cls(**values)
         except InputError as error:

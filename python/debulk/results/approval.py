@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -15,6 +14,7 @@ from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.files.replacing import write_text
 from debulk.files.source import open_source
+from debulk.toml_text import values_in
 
 _KEYS = ("name", "time_utc", "recipe_sha256")
 
@@ -44,15 +44,14 @@ def approvals(path: str | PathLike[str]) -> tuple[Approval, ...]:
     """Read a file of approvals."""
     path = Path(path)
     with open_source(path) as source:
-        data = source.file.read()
+        values = values_in(source.file.read(), path, "approvals")
     try:
-        entries = tomllib.loads(data.decode("utf-8-sig"))["approved"]
-        found = tuple(Approval(*(entry[key] for key in _KEYS)) for entry in entries)
+        found = tuple(Approval(*(entry[key] for key in _KEYS)) for entry in values["approved"])
         if not all(isinstance(getattr(one, key), str) for one in found for key in _KEYS):
             raise TypeError
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError) as error:
-        what = str(error) if isinstance(error, tomllib.TOMLDecodeError) else f"each with {', '.join(_KEYS)} as text"
-        raise InputError(f"{path}: expected approvals as debulk approve writes them: {what}") from None
+    except (KeyError, TypeError):
+        what = f"approvals as debulk approve writes them: each with {', '.join(_KEYS)} as text"
+        raise InputError(f"{path}: expected {what}") from None
     return found
 
 

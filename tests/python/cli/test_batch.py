@@ -123,9 +123,11 @@ def test_a_pose_may_have_another_unit_than_the_clouds(archive, tmp_path):
     [
         ('reference = "r.npy"', "scan: Field required"),
         ('scan = "s.npy"\nreference = "r.npy"\nfoo = 1', "foo: Extra inputs"),
-        ("scan =", "layup.toml"),
+        ("scan =", "layup.toml: not valid TOML"),
+        ("scan = " + "[" * 100_000, "layup.toml: not a layup: nested too deeply"),
         ('scan = "s.npy"\nreference = "r.npy"\ncontext = 3', "context"),
     ],
+    ids=["no scan", "unknown name", "broken", "deep", "no table"],
 )
 def test_a_wrong_description_is_named(tmp_path, text, says):
     (tmp_path / "a").mkdir()

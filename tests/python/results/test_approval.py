@@ -25,12 +25,21 @@ def test_an_approved_recipe_and_another(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "approved = 3\n", "[[approved]]\nname = 1\n", "[[approved]\n", "approved = [3]\n"]
+    ("text", "says"),
+    [
+        *(
+            (one, "expected approvals")
+            for one in ("", "approved = 3\n", "[[approved]]\nname = 1\n", "approved = [3]\n")
+        ),
+        ("[[approved]\n", "not valid TOML"),
+        ("approved = " + "[" * 100_000, "not approvals: nested too deeply"),
+    ],
+    ids=["empty", "a number", "too little", "a list", "broken", "deep"],
 )
-def test_what_is_no_such_file_is_named(tmp_path, text):
+def test_what_is_no_such_file_is_named(tmp_path, text, says):
     path = tmp_path / "a.toml"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"a\.toml: expected approvals as debulk approve writes them"):
+    with pytest.raises(InputError, match=rf"a\.toml: {says}"):
         approvals(path)
     with pytest.raises(InputError):
         approve(path, Recipe().model_dump(), "A", TIME)
