@@ -27,6 +27,8 @@ PYTHON_BELOW = (
     "arguments",
     "forking",
     "workers",
+    "words",
+    "toml_text",
     "grid",
     "build",
     "debulk",

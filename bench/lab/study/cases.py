@@ -78,7 +78,8 @@ class Case:
         It is the verdict that the inspector would give, with the limits of the case's recipe or of another. The study
         examines minima, and the excess criterion does not use them.
         """
-        return self.laid.judge(solution, every or [figures], recipe=recipe, criterion="paper").verdict
+        laid = self.laid if recipe is None else replace(self.laid, recipe=recipe)
+        return laid.judge(solution, every or [figures], criterion="paper").verdict
 
     def perturbed(self, amplitude: float, seed: int) -> np.ndarray:
         """(N, 3) start with the movable nodes displaced by up to `amplitude` spacings along x, y and the gap."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from debulk.inspection.find.found import Found, pocket_names
+from debulk.inspection.find.found import Found
 from debulk.inspection.holes import unseen
 from debulk.results.report import LeftOut, PocketReport
+from debulk.words import pocket_names
 
 
 def of_chain() -> LeftOut:

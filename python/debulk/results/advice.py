@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from debulk.results.area import in_cm2
 from debulk.results.deciding import worst_first
 from debulk.results.rework import rework
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm
 
 if TYPE_CHECKING:
     from debulk.results.finding import Finding
@@ -43,7 +43,7 @@ class Deed(NamedTuple):
     """Name of the check whose finding asks for it; empty if none does."""
 
     def __str__(self) -> str:
-        place = "" if self.place_mm is None else f" at ({self.place_mm[0]:.0f}, {self.place_mm[1]:.0f}) mm"
+        place = "" if self.place_mm is None else f" at {in_mm(self.place_mm)}"
         return f"{self.do}{f' ({self.at}{place})' if self.at else ''}{f': {self.amount}' if self.amount else ''}"
 
 
@@ -140,11 +140,10 @@ def level_line(level: Level) -> str:
 
 def wrinkle_line(wrinkle: Wrinkle) -> str:
     """Describe a standing wrinkle by its place and length."""
-    (a, b), (c, d) = wrinkle.start_mm, wrinkle.end_mm
-    return f"the wrinkle of {wrinkle.length_mm:.0f} mm from ({a:.0f}, {b:.0f}) to ({c:.0f}, {d:.0f}) mm"
+    return f"the wrinkle of {wrinkle.length_mm:.0f} mm from {in_mm(wrinkle.start_mm, wrinkle.end_mm)}"
 
 
 def hole_line(hole: UnseenHole) -> str:
     """Describe a hole by its place and area."""
     what = {"reference": "a gap in the reference", "mask": "a masked area"}.get(hole.of, "a hole in the scan")
-    return f"{what} of {in_cm2(hole.area_mm2, digits=3)} at ({hole.centre_mm[0]:.0f}, {hole.centre_mm[1]:.0f}) mm"
+    return f"{what} of {in_cm2(hole.area_mm2, digits=3)} at {in_mm(hole.centre_mm)}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.deciding import worst_first
 from debulk.results.number import number
+from debulk.words import in_mm
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport, ReportData
@@ -132,5 +133,4 @@ def _apart(a: PocketReport, b: PocketReport) -> float:
 
 
 def _name(pocket: PocketReport) -> str:
-    x, y = pocket.centroid_mm or (math.nan, math.nan)
-    return f"pocket {pocket.id} at ({x:.0f}, {y:.0f}) mm"
+    return f"pocket {pocket.id} at {in_mm(pocket.centroid_mm or (math.nan, math.nan))}"

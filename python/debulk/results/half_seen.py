@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from debulk.results.area import in_cm2
 from debulk.results.number import span
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm
 
 MOST_OF_RIM = 0.25
 """Share of a pocket's perimeter above which it is not judged at all, as too much of its shape would be invented."""
@@ -26,7 +26,7 @@ class HoleBeside:
 
     def __str__(self) -> str:
         what = {"mask": "a masked area", "reference": "a gap in the reference"}.get(self.of, "a hole")
-        return f"{what} of {in_cm2(self.area_mm2)} at ({self.centre_mm[0]:.0f}, {self.centre_mm[1]:.0f}) mm"
+        return f"{what} of {in_cm2(self.area_mm2)} at {in_mm(self.centre_mm)}"
 
 
 @dataclass(frozen=True, kw_only=True)

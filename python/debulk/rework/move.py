@@ -10,6 +10,7 @@ import numpy as np
 
 from debulk.arrays import Floats
 from debulk.rework.handling import Handling
+from debulk.words import in_mm, pocket_names
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +49,8 @@ class Move:
     def at(self) -> str:
         """The place in words."""
         if not self.pockets:
-            x, y = self.from_mm[np.argmax(self.lengths_mm)]
-            return f"the ply at ({x:.0f}, {y:.0f}) mm"
-        return f"pocket{'s' * (len(self.pockets) > 1)} {', '.join(map(str, self.pockets))}"
+            return f"the ply at {in_mm(self.from_mm[np.argmax(self.lengths_mm)])}"
+        return pocket_names(self.pockets)
 
     @property
     def short(self) -> str:
@@ -65,12 +65,12 @@ class Move:
             return (
                 f"{self.at}: lift the ply and lay it again from there, {band} shorter; no way out to an edge is known"
             )
-        x, y = self.to_mm[np.argmax(self.lengths_mm)]
-        where = f"{'into the next place' if self.into else 'over the edge'} at ({x:.0f}, {y:.0f}) mm"
+        end = in_mm(self.to_mm[np.argmax(self.lengths_mm)])
+        where = f"{'into the next place' if self.into else 'over the edge'} at {end}"
         over = f"{self.flat_mm:.0f} mm of flat ply, about {float(f'{self.force_n:.2g}'):g} N"
         if self.by == "pull":
             return f"{self.at}: pull {band}, {where}: {over}"
-        edge = f"lift the ply from the edge at ({x:.0f}, {y:.0f}) mm back to there and lay it again, {band}"
+        edge = f"lift the ply from the edge at {end} back to there and lay it again, {band}"
         if self.force_n > hold_n:
             return f"{self.at}: {edge}; to pull {over} would be needed, and {hold_n:g} N can be held"
         return f"{self.at}: {edge}; a pull would draw the ply beside the band in by {self.across_mm:.2f} mm"
@@ -104,10 +104,7 @@ class Rework:
     def __str__(self) -> str:
         lines = [f"{k}. {move.line(self.handling.hold_n)}" for k, move in enumerate(self.moves, 1)]
         if self.without:
-            numbers = ", ".join(map(str, self.without))
-            lines.append(
-                f"pocket{'s' * (len(self.without) > 1)} {numbers}: no fibre is known to be too long; see the reason"
-            )
+            lines.append(f"{pocket_names(self.without)}: no fibre is known to be too long; see the reason")
         if self.moves:
             lines.append("then scan again before the vacuum is drawn")
         return "\n".join(lines or ["no length has to leave"])

@@ -95,4 +95,4 @@ def test_other_limits_may_be_tried(laid, report):
     assert figures.rms_mm > 0.27
     for max_rms_mm, verdict in ((figures.rms_mm - 0.011, Verdict.CREASE), (figures.rms_mm + 0.011, Verdict.CEASE)):
         recipe = Recipe(verdict={"max_rms_mm": max_rms_mm, "max_ridge_mm": 9.0, "criterion": "paper"})
-        assert laid[rough].judge(solution, [figures], recipe=recipe).verdict is verdict
+        assert replace(laid[rough], recipe=recipe).judge(solution, [figures]).verdict is verdict

@@ -14,9 +14,9 @@ from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
+from debulk.words import Place, in_cm2, in_mm, xy_of
 
 _TURN_BACK = "lay the ply anew, or give the nominal directions of this ply"
 _COVER = "give angles that cover the whole ply, or nominal ones (nominal_angles_deg) that fill the gaps"
@@ -45,12 +45,12 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
     if ply.outline is None:  # where nobody knows what is ply
         return
     if unknown := marked_area(gaps.values, gaps, ply.recipe.segmentation.area_tol_mm2):
-        area_mm2, (x, y) = unknown
+        area_mm2, place = unknown
         reason = (
             f"the fibre directions are not known on {in_cm2(area_mm2)} of the ply, where the sensor saw none or the "
-            f"drape does not reach; the largest such part lies round ({x:.0f}, {y:.0f}) mm: {_COVER}"
+            f"drape does not reach; the largest such part lies round {in_mm(place)}: {_COVER}"
         )
-        yield Finding("fibre_angles", None, reason, area_mm2, None, "mm2", (x, y), remedy=_COVER)
+        yield Finding("fibre_angles", None, reason, area_mm2, None, "mm2", place, remedy=_COVER)
 
 
 def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
@@ -64,12 +64,12 @@ def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
             return
         if not _over(runs, n, near):
             continue
-        x, y = runs.top_mm[n].tolist()
         reason = (
-            f"it is not known how the fibres run near ({x:.0f}, {y:.0f}) mm, where one may be up to "
+            f"it is not known how the fibres run near {in_mm(runs.top_mm[n])}, where one may be up to "
             f"{longest_mm[n]:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm: {_COVER}"
         )
-        yield Finding("fibre_angles", Verdict.INVALID, reason, ridge_mm, limit_mm, "mm", (x, y), remedy=_COVER)
+        top = xy_of(runs.top_mm[n])
+        yield Finding("fibre_angles", Verdict.INVALID, reason, ridge_mm, limit_mm, "mm", top, remedy=_COVER)
         return
 
 
@@ -79,8 +79,7 @@ def _over(runs: FibreRuns, n: int, flags: Grid) -> bool:
     count = 2 + int(np.linalg.norm(np.diff(corners, axis=0), axis=1).max() / flags.spacing_mm)
     share = np.linspace(0, 1, count)[:, None, None]
     line = (1 - share) * corners[:-1] + share * corners[1:]
-    i, j = np.moveaxis(np.clip(flags.cells(line), 0, np.array(flags.values.shape[::-1]) - 1), -1, 0)
-    return bool(flags.values[j, i].any())
+    return bool(flags.at(line, beyond=0.0).any())
 
 
 def locked(ply: PlyOnMold) -> list[Finding]:
@@ -91,16 +90,16 @@ def locked(ply: PlyOnMold) -> list[Finding]:
     beyond = marked_area(np.nan_to_num(shear.values) > limit, shear, ply.recipe.segmentation.area_tol_mm2)
     if beyond is None:
         return []
-    (area_mm2, (x, y)), most = beyond, float(np.nanmax(shear.values))
+    (area_mm2, place), most = beyond, float(np.nanmax(shear.values))
     reason = (
         f"the ply shears by up to {most:.0f} degrees, beyond its locking angle of {limit:g} degrees on "
-        f"{in_cm2(area_mm2)}; the largest such part lies round ({x:.0f}, {y:.0f}) mm: it buckles there, and its "
+        f"{in_cm2(area_mm2)}; the largest such part lies round {in_mm(place)}: it buckles there, and its "
         "fibres may run otherwise than a drape says"
     )
-    return [Finding("locked", None, reason, most, limit, "degrees", (x, y))]
+    return [Finding("locked", None, reason, most, limit, "degrees", place)]
 
 
-def marked_area(marked: Bools, grid: Grid, least_mm2: float) -> tuple[float, tuple[float, float]] | None:
+def marked_area(marked: Bools, grid: Grid, least_mm2: float) -> tuple[float, Place] | None:
     """Return the area of the marked points of a grid and a place in their largest part; None: no part is so large."""
     cell_mm2 = float(grid.spacing_mm) ** 2
     parts = pieces_of(marked, 8)
@@ -109,5 +108,5 @@ def marked_area(marked: Bools, grid: Grid, least_mm2: float) -> tuple[float, tup
         return None
     rows, columns = np.nonzero(parts.labels == max(numbers, key=lambda number: parts.sizes[number]))
     middle = int(np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2))
-    x, y = grid.origin_mm + grid.spacing_mm * np.array([columns[middle], rows[middle]])
-    return float(parts.sizes[numbers].sum()) * cell_mm2, (float(x), float(y))
+    place = grid.origin_mm + grid.spacing_mm * np.array([columns[middle], rows[middle]])
+    return float(parts.sizes[numbers].sum()) * cell_mm2, xy_of(place)

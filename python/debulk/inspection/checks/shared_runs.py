@@ -18,6 +18,7 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.finding import Finding
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
+from debulk.words import in_mm, xy_of
 
 _NAMED = 3  # so many pockets and bumps at most are named in a reason
 _APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this
@@ -51,8 +52,8 @@ def _bumps_on(worst: int, found: FoundPocket, pockets: Sequence[FoundPocket]) ->
     ends_mm = np.linalg.norm(runs.top_mm - runs.from_mm[worst], axis=1) + np.linalg.norm(
         runs.top_mm - runs.to_mm[worst], axis=1
     )
-    for x, y in runs.top_mm[parts & (ends_mm < 1.01 * runs.length_mm[worst])].tolist():
-        yield f"the bump at ({x:.0f}, {y:.0f}) mm"
+    for place in runs.top_mm[parts & (ends_mm < 1.01 * runs.length_mm[worst])]:
+        yield f"the bump at {in_mm(place)}"
 
 
 def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Finding]:
@@ -71,11 +72,10 @@ def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMo
         if (np.linalg.norm(named_mm - every.top_mm[n], axis=1) < _APART_MM).any():
             continue
         named_mm = np.vstack([named_mm, every.top_mm[n]])
-        (x0, y0), (x1, y1) = every.from_mm[n].tolist(), every.to_mm[n].tolist()
-        where = f"the ply from ({x0:.0f}, {y0:.0f}) to ({x1:.0f}, {y1:.0f}) mm, where no pocket is,"
+        where = f"the ply from {in_mm(every.from_mm[n], every.to_mm[n])}, where no pocket is,"
         reason = _reason(where, float(every.high_mm[n]), ridge_mm, ply)
-        x, y = every.top_mm[n].tolist()
-        judged.append(Finding("shared_fibres", Verdict.UNDECIDED, reason, ridge_mm, limit_mm, "mm", (x, y)))
+        top = xy_of(every.top_mm[n])
+        judged.append(Finding("shared_fibres", Verdict.UNDECIDED, reason, ridge_mm, limit_mm, "mm", top))
     return judged
 
 

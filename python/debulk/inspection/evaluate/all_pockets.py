@@ -6,8 +6,8 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
-from debulk import _core, verdict
-from debulk.inspection.evaluate.evaluated import Evaluation, not_evaluated, seen_of
+from debulk import _core
+from debulk.inspection.evaluate.evaluated import Evaluation, refused, seen_of
 from debulk.inspection.evaluate.evaluation import evaluate, settle
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -61,4 +61,4 @@ def _net_bridges(pocket: PocketReport, ply: PlyOnMold) -> str:
 
 def not_judged(pockets: Sequence[FoundPocket], why: str) -> list[Evaluation]:
     """Report pockets for which nothing was computed because the whole scan cannot be judged."""
-    return [not_evaluated(seen_of(found), verdict.judge(certified=False, refused=why)) for found in pockets]
+    return [refused(seen_of(found), why) for found in pockets]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from debulk import _core, pocket, verdict
 from debulk.grid import Grid
-from debulk.inspection.evaluate.evaluated import Evaluation
+from debulk.inspection.evaluate.evaluated import Evaluation, refused
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
 from debulk.inspection.lines.by_runs import criteria
@@ -152,6 +152,4 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
 
 
 def _refused(seen: PocketReport, half: HalfSeen, why: str, remedy: str = _AGAIN) -> Evaluation:
-    refused = verdict.judge(certified=False, refused=f"{why}: {remedy}")
-    report = replace(seen, verdict=refused.verdict, reason=refused.reason, remedy=remedy, half_seen=half)
-    return Evaluation(report)
+    return refused(replace(seen, half_seen=half), f"{why}: {remedy}", remedy)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from debulk.inspection.find.found import FoundPocket
 from debulk.results.report import LeftOut, PocketReport
 from debulk.results.unsettled import PICTURE
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Judgement, Verdict, judge
 
 
 @dataclass(frozen=True)
@@ -47,3 +47,8 @@ def seen_of(found: FoundPocket) -> PocketReport:
 def not_evaluated(seen: PocketReport, judged: Judgement) -> Evaluation:
     """Report a judgement that needed no model of the ply."""
     return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason, remedy=judged.remedy))
+
+
+def refused(seen: PocketReport, why: str, remedy: str = "") -> Evaluation:
+    """Report that a pocket cannot be judged."""
+    return not_evaluated(seen, replace(judge(certified=False, refused=why), remedy=remedy))

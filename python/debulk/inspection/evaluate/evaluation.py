@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from debulk import _core, ridge, solve, verdict
 from debulk.inspection.evaluate import both_ways
-from debulk.inspection.evaluate.evaluated import Evaluation, not_evaluated, seen_of
-from debulk.inspection.find.found import FoundPocket, pocket_names
+from debulk.inspection.evaluate.evaluated import Evaluation, not_evaluated, refused, seen_of
+from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes import pocket_holes
 from debulk.inspection.lines.bridges import bridge_over
 from debulk.inspection.lines.by_runs import ByRuns, by_runs, surely_held
@@ -21,6 +21,7 @@ from debulk.results.finding import unexpected
 from debulk.results.half_seen import or_undecided
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.ridge import RidgeGeometry
+from debulk.words import pocket_names
 
 log = logging.getLogger("debulk")
 
@@ -50,7 +51,7 @@ def evaluate(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> Evaluation
         return _late(found, seen)
     except Exception as error:
         log.exception("pocket %d could not be evaluated", found.number)
-        return not_evaluated(seen, verdict.judge(certified=False, refused=f"an unexpected error, {unexpected(error)}"))
+        return refused(seen, f"an unexpected error, {unexpected(error)}")
 
 
 def _evaluate(found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _core.Stop) -> Evaluation:
@@ -58,8 +59,7 @@ def _evaluate(found: FoundPocket, seen: PocketReport, ply: PlyOnMold, stop: _cor
     if hole is not None:
         return both_ways.judged(found, seen, hole, ply, stop, lambda piece: _ClosedRim(piece, ply, stop).evaluate())
     if not found.foot.closed:
-        why = "its foot ends where the ply was not seen: scan again"
-        return not_evaluated(seen, verdict.judge(certified=False, refused=why))
+        return refused(seen, "its foot ends where the ply was not seen: scan again")
     return _ClosedRim(found, ply, stop).evaluate()
 
 
@@ -81,7 +81,7 @@ class _ClosedRim:
             with self.watch.step("excess"):
                 decided = by_runs(found, ply, self.stop)
         except _core.InputError as error:  # of the data, not of the user: no net can be laid, or angles lack
-            return not_evaluated(self.seen, verdict.judge(certified=False, refused=str(error)))
+            return refused(self.seen, str(error))
         done = self._decided(decided)
         if recipe.solve.when == "needed":
             return done

@@ -50,10 +50,7 @@ def flying(height: Cloud, pitch_mm: float) -> Bools:
     low = cv2.erode(np.where(known, height, FAR_MM), square)
     stands = np.where(known, height - cv2.dilate(np.where(low < FAR_MM, low, -FAR_MM), square), 0)
     flies = stands > LIMITS.steep * pitch_mm
-    pieces = pieces_of(flies, 8)
-    for number in pieces.of_size(1):
-        window = pieces.window(number, 1)
-        own = pieces.labels[window] == number
+    for window, own in pieces_of(flies, 8).each(1, 1):
         rows, columns = (np.ptp(at) + 1 for at in np.nonzero(own))
         beside = grown(own) & ~own
         flies[window][own] = (

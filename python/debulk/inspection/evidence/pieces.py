@@ -6,6 +6,7 @@ as finding the pieces.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import cv2
@@ -28,6 +29,12 @@ class Pieces(NamedTuple):
     def of_size(self, least: float) -> list[int]:
         """Return the numbers of the pieces with at least so many cells."""
         return [int(number) for number in np.flatnonzero(self.sizes[1:] >= least) + 1]
+
+    def each(self, least: float, around: int) -> Iterator[tuple[tuple[slice, slice], Bools]]:
+        """Yield the `window` of each piece with at least so many cells, and which cells in it are its own."""
+        for number in self.of_size(least):
+            window = self.window(number, around)
+            yield window, self.labels[window] == number
 
     def window(self, number: int, around: int) -> tuple[slice, slice]:
         """Return the rows and columns of a piece, and so many around it."""

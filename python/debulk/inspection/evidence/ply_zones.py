@@ -13,6 +13,7 @@ from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.medians import error
 from debulk.inspection.evidence.sample import Sample
+from debulk.words import Place, xy_of
 
 SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
 _ENOUGH = 24  # squares
@@ -116,14 +117,14 @@ class PlyZones:
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )
 
-    def most_marked(self, sample: Sample, on: Bools, marks: Bools, least: int) -> tuple[float, tuple[float, float]]:
+    def most_marked(self, sample: Sample, on: Bools, marks: Bools, least: int) -> tuple[float, Place]:
         """Return the largest share of marked points in a square with at least so many of them, and its middle."""
         block, size = self._block_of(sample.points_mm[on, :2]), len(self._block_cells)
         points, marked = (np.bincount(of, minlength=size) for of in (block, block[marks[on]]))
         share = np.where(marked >= least, marked / np.maximum(points, 1), 0.0)
         number = int(np.argmax(share))
-        x, y = self._low + self.side_mm * (np.array([number % self._across, number // self._across]) + 0.5)
-        return float(share[number]), (float(x), float(y))
+        middle = self._low + self.side_mm * (np.array([number % self._across, number // self._across]) + 0.5)
+        return float(share[number]), xy_of(middle)
 
     def _block_of(self, xy: Floats) -> NDArray[np.int64]:
         column, row = (np.maximum(xy - self._low, 0.0) / self.side_mm).astype(np.int64).T

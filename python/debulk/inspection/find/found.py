@@ -59,12 +59,6 @@ class FoundPocket:
         return None if self.runs is None or not len(self.crossing) else self.runs.runs[self.crossing]
 
 
-def pocket_names(numbers: Iterable[int]) -> str:
-    """Name pockets by their numbers, as in "pockets 1, 3"."""
-    each = [str(number) for number in numbers]
-    return f"pocket{'s' * (len(each) > 1)} {', '.join(each)}"
-
-
 def runs_over(pockets: Iterable[FoundPocket]) -> NDArray[np.intp]:
     """Return the numbers of the runs that cross the foot of any of the pockets, in order."""
     return np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *(one.crossing for one in pockets)]))

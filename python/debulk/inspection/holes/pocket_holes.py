@@ -15,6 +15,7 @@ from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.find.found import FoundPocket, Hole
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
+from debulk.words import xy_of
 
 # The segmentation bridges a drop-out (a small hole) no thicker than this if something at its rim is high.
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
@@ -68,7 +69,7 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
 def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
     """Describe a hole that the core lists: place, area, and whether the mask, the reference or the scan causes it."""
     of = "mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan"
-    return HoleBeside(centre_mm=(float(hole.centre[0]), float(hole.centre[1])), area_mm2=float(hole.area), of=of)
+    return HoleBeside(centre_mm=xy_of(hole.centre), area_mm2=float(hole.area), of=of)
 
 
 def rim_share(outline_mm: Floats, unknown: Bools, window: Grid) -> float:
@@ -165,5 +166,4 @@ def _holes(unknown: Bools, window: Grid, listed: list[Hole]) -> Iterator[HoleBes
         yield listed_hole(hole, hidden)
     left = np.count_nonzero(rest) * cell_mm2
     if left > 0 and (rest.all() or left > cell_mm2 * len(xy) / 2):
-        x, y = xy[rest].mean(axis=0)
-        yield HoleBeside(centre_mm=(float(x), float(y)), area_mm2=float(left), of="scan")
+        yield HoleBeside(centre_mm=xy_of(xy[rest].mean(axis=0)), area_mm2=float(left), of="scan")

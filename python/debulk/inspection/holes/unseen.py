@@ -11,19 +11,25 @@ from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.hidden import hidden_mm
 from debulk.recipe import Recipe
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
+
+_WHY = {
+    "mask": "the mask hides it",
+    "reference": "the reference is not known there: nothing was seen, or a smooth surface cannot follow it",
+    "scan": "nothing was seen there",
+}
 
 
 def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tuple[UnseenHole, ...]:
     """Return the holes of a scan as the report lists them, without those that the rule for small holes filled in."""
     return tuple(
         UnseenHole(
-            centre_mm=_pair(hole.centre),
+            centre_mm=xy_of(hole.centre),
             area_mm2=hole.area,
-            extent_mm=_pair(hole.box[1] - hole.box[0]),
+            extent_mm=xy_of(hole.box[1] - hole.box[0]),
             thickness_mm=hole.thickness,
             rim_height_mm=hole.rim_height,
             of=listed_hole(hole, hidden).of,
@@ -42,12 +48,11 @@ def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> l
     judged = [one for one in pockets if one.half_seen is not None and one.half_seen.ways]
     for bump in found.dropped:
         if bump.touches_unknown and not _in_a_foot(bump.centroid_mm, [one for one in judged if one.promoted]):
-            x, y = bump.centroid_mm
-            where = f"a bump of at least {in_cm2(bump.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
+            where = f"a bump of at least {in_cm2(bump.area_mm2)} at {in_mm(bump.centroid_mm)}"
             reason = f"{where} borders on what was not seen: scan again"
             beside = _of_judged_hole(bump.centroid_mm, found, judged)
             at_best = Verdict.UNDECIDED if beside else Verdict.INVALID
-            out.append(Finding("holes", at_best, reason, place_mm=_pair(bump.centroid_mm)))
+            out.append(Finding("holes", at_best, reason, place_mm=xy_of(bump.centroid_mm)))
     return out
 
 
@@ -55,7 +60,7 @@ def _of_judged_hole(place_mm: Floats, found: Found, judged: Sequence[PocketRepor
     """Return whether a place is beside a hole that a pocket was judged with, however the ply lies there."""
     with_it = {beside.centre_mm for one in judged if one.half_seen is not None for beside in one.half_seen.holes}
     return any(
-        _pair(hole.centre) in with_it
+        xy_of(hole.centre) in with_it
         and (hole.box[0] - NEAR_MM <= place_mm).all()
         and (place_mm <= hole.box[1] + NEAR_MM).all()
         for hole, _ in found.holes
@@ -80,7 +85,7 @@ def _of_hole(
     if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
         return None
     reason = f"{listed_hole(hole, hidden)}, where a ridge of {most_mm:.2f} mm could lie unseen: scan again"
-    return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", _pair(hole.centre))
+    return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", xy_of(hole.centre))
 
 
 def most_ridge_mm(box_mm: Floats, wide_mm: float, found: Found, recipe: Recipe) -> float:
@@ -97,11 +102,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
     entries = [
         LeftOut(
             what=str(listed_hole(hole, hidden)),
-            why="the mask hides it"
-            if hidden
-            else "the reference is not known there: nothing was seen, or a smooth surface cannot follow it"
-            if hole.reference_share > 0.5
-            else "nothing was seen there",
+            why=_WHY[listed_hole(hole, hidden).of],
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
             f"{hole.thickness:.0f} mm thick; its rim is {hole.rim_height:.2f} mm above the reference",
         )
@@ -113,7 +114,7 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
         entries.append(
             LeftOut(
                 what=f"{count} smaller {'hole or thin strip' if count == 1 else 'holes and thin strips'}",
-                why="nothing was seen there",
+                why=_WHY["scan"],
                 bound=f"{in_cm2(found.unseen.smaller_area)} in all",
             )
         )
@@ -127,7 +128,3 @@ def _in_a_foot(place_mm: Floats, pockets: Sequence[PocketReport], reach_mm: floa
         or pocket.distance_to_outline(one.foot_or_outline_mm, place_mm[None])[0] < reach_mm
         for one in pockets
     )
-
-
-def _pair(values: Floats) -> tuple[float, float]:
-    return float(values[0]), float(values[1])

@@ -26,6 +26,7 @@ from debulk.pocket import Dropped
 from debulk.recipe import Recipe, options
 from debulk.results.report import LeftOut
 from debulk.ridge import excess_of_ridge
+from debulk.words import in_mm, xy_of
 
 _LEAST_HALF_MM = 40.0  # half the side of the first window round a place; it grows until the place's foot lies in it
 
@@ -57,23 +58,23 @@ def left_out(found: Found, judged: Sequence[FoundPocket], recipe: Recipe) -> tup
     limits = recipe.segmentation
     entries = [
         LeftOut(
-            what=f"bump of {bump.area_mm2 / 100:.2f} cm² at ({bump.centroid_mm[0]:.0f}, {bump.centroid_mm[1]:.0f}) mm",
+            what=f"bump of {bump.area_mm2 / 100:.2f} cm² at {in_mm(bump.centroid_mm)}",
             why=f"no pocket: below the tolerance on {bump.reason}; {_longest(over, recipe)}",
             bound=f"stands {bump.peak_mm:.2f} mm above the reference; limits {limits.area_tol_mm2 / 100:g} cm² "
             f"at the cut and {limits.cut_height_mm + limits.peak_tol_mm:g} mm",
-            place_mm=(float(bump.centroid_mm[0]), float(bump.centroid_mm[1])),
+            place_mm=xy_of(bump.centroid_mm),
         )
         for bump in found.dropped
         if len(over := rest[np.linalg.norm(rest.top_mm - bump.centroid_mm, axis=1) ** 2 < bump.area_mm2])
     ]
     if len(rest):
-        x, y = rest.top_mm[np.argmax(excess.most_mm(rest))].tolist()
+        place = rest.top_mm[np.argmax(excess.most_mm(rest))]
         entries.append(
             LeftOut(
                 what="nets where the ply stands off the mold beside what is judged",
-                why=f"nothing there is judged: {_longest(rest, recipe)}, at ({x:.0f}, {y:.0f}) mm",
+                why=f"nothing there is judged: {_longest(rest, recipe)}, at {in_mm(place)}",
                 bound=f"the limit is {recipe.verdict.max_ridge_mm:.2f} mm",
-                place_mm=(x, y),
+                place_mm=xy_of(place),
             )
         )
     return tuple(entries)

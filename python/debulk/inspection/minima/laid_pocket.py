@@ -69,14 +69,12 @@ class LaidPocket:
         *,
         bridge: Bridge | None = None,
         deadline_passed: bool = False,
-        recipe: Recipe | None = None,
         criterion: Criterion | None = None,
     ) -> verdict.Judgement:
         """Judge the pocket by its best solution, and by the figures of every one that counts.
 
         A `bridge` counts in place of those of the minima, whose figures are then those of `post_process`. If the
-        deadline passed before all starts that the rule asks for were tried, they decide nothing. A recipe with other
-        limits than the pocket's own is for studies.
+        deadline passed before all starts that the rule asks for were tried, they decide nothing.
         """
         if bridge is not None:
             counted = [self.without_bridge(cast(ridge.PostProcessed, one)) for one in counted]
@@ -92,10 +90,10 @@ class LaidPocket:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
-            criteria=criteria(recipe or self.recipe, criterion),
+            criteria=criteria(self.recipe, criterion),
         )
         if bridge is not None:
-            judged = with_section(judged, bridge, recipe or self.recipe, compliant=solution.certificate.compliant)
+            judged = with_section(judged, bridge, self.recipe, compliant=solution.certificate.compliant)
         if judged.verdict is verdict.Verdict.CEASE and self.doubt:
             return verdict.Judgement(verdict.Verdict.UNDECIDED, self.doubt.text, remedy=self.doubt.remedy)
         return judged

@@ -14,6 +14,7 @@ from debulk.inspection.place.level_step import Step, best_step
 from debulk.recipe import Recipe, options
 from debulk.results.finding import Reason
 from debulk.results.level import Level
+from debulk.words import in_mm
 
 _SEEN = 0.8  # of the ply: if more was seen, squares are missing for another reason than an incomplete scan
 _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
@@ -30,7 +31,7 @@ def same_reason(share: float) -> str:
 def stale_reason(share: float, place_mm: tuple[float, float]) -> str:
     """Say that a scan holds points of the reference."""
     return (
-        f"{100 * share:.0f} % of the points on the ply round ({place_mm[0]:.0f}, {place_mm[1]:.0f}) mm are the "
+        f"{100 * share:.0f} % of the points on the ply round {in_mm(place_mm)} are the "
         "reference's, bit for bit: they show the mold from before the ply was laid; have the scanner's software clear "
         "its buffer, and fill nothing in from an earlier scan"
     )
@@ -110,9 +111,8 @@ def level_reason(
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
         if order == 2 and _lifted(level, found, recipe):
             top = int(np.argmax(found.residual_mm - medians.SURE * found.error_mm))
-            x, y = found.xy_mm[top]
-            high_mm = found.residual_mm[top]
-            what = f"{what}, or the ply stands off the mold widely, by {high_mm:.2f} mm at ({x:.0f}, {y:.0f}) mm"
+            high = f"{found.residual_mm[top]:.2f} mm at {in_mm(found.xy_mm[top])}"
+            what = f"{what}, or the ply stands off the mold widely, by {high}"
             remedy = f"look there first: lay the ply down and scan again; if it does lie on the mold, {remedy}"
     where = f"between the pockets the ply stands {_off_reference(level)}, its thickness is {level.thickness_mm:g} mm"
     return _asking(f"{what} ({where})", ": ", remedy)
@@ -158,8 +158,7 @@ def _motion(level: Level, found: Deviation, order: int, tol_mm: float) -> tuple[
 
 def _step(step: Step, level: Level, tol_mm: float) -> tuple[str, str]:
     """Name a step, and a remedy. Where it goes down from a ply that lies right to the mold, no ply lies beyond it."""
-    x, y = step.at_mm
-    line = f"line through ({x:.0f}, {y:.0f}) mm at {step.line_deg:.0f} degrees from x"
+    line = f"line through {in_mm(step.at_mm)} at {step.line_deg:.0f} degrees from x"
     if max(abs(step.low_mm + level.thickness_mm), abs(step.low_mm + step.height_mm)) <= tol_mm:
         return (
             f"the mold is bare on {100 * (1 - step.share):.0f} % of where the ply should be, beyond a {line}",
@@ -178,11 +177,10 @@ def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
     """Name a deviation that no simple motion explains, and a remedy."""
     tol_mm = options.level_tol_mm(recipe)
     worst = int(np.argmax(np.abs(found.residual_mm) - medians.SURE * found.error_mm))
-    x, y = found.xy_mm[worst]
     what = (
         f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {tol_mm:.2g} mm too "
         f"low and {100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at "
-        f"({x:.0f}, {y:.0f}) mm"
+        f"{in_mm(found.xy_mm[worst])}"
     )
     raised = level.low_share <= recipe.level.largest_share
     if raised and abs(level.laid_mm - level.thickness_mm) <= tol_mm:

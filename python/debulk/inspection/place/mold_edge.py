@@ -18,6 +18,7 @@ from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
+from debulk.words import in_mm, xy_of
 
 
 @dataclass(frozen=True)
@@ -54,14 +55,14 @@ class BelowEdge:
         stands = (counts >= LEAST_POINTS) & (medians > 0.5 * self.laid_mm)
         if not stands.any():
             return None
-        x, y = ((places[stands][0] + 0.5) * _SQUARE_MM).tolist()
+        place = (places[stands][0] + 0.5) * _SQUARE_MM
         reason = (
             "the ply's outline is not given, and the mold's edge does not tell where the ply ends: the reference falls "
             f"by a cliff, and below it the scan stands above the reference in {np.count_nonzero(stands)} squares of "
-            f"{_SQUARE_MM:g} mm, the first round ({x:.0f}, {y:.0f}) mm; give the ply's outline (ply_outline, "
+            f"{_SQUARE_MM:g} mm, the first round {in_mm(place)}; give the ply's outline (ply_outline, "
             "--outline)"
         )
-        return Finding("mold_edge", Verdict.INVALID, reason, place_mm=(x, y))
+        return Finding("mold_edge", Verdict.INVALID, reason, place_mm=xy_of(place))
 
     def left_out(self) -> LeftOut:
         """Name the part that is not judged."""

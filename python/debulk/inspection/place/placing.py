@@ -30,6 +30,7 @@ from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.ridge import excess_of_ridge
 from debulk.verdict import Verdict
+from debulk.words import xy_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +140,8 @@ class Placing:
             "(level.largest_pocket_share): that is no pocket, but a ply that does not lie on the mold, or a scan out "
             "of place"
         )
-        x, y = widest.pocket.centroid_mm.tolist()
-        finding = Finding("largest_pocket", Verdict.INVALID, reason, share, most, place_mm=(x, y), pocket=widest.number)
+        place, number = xy_of(widest.pocket.centroid_mm), widest.number
+        finding = Finding("largest_pocket", Verdict.INVALID, reason, share, most, place_mm=place, pocket=number)
         return replace(placed, finding=finding)
 
     def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:

@@ -21,10 +21,10 @@ from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.running.cycle import heed
 from debulk.recipe import options
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.surface import Reference
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,7 @@ def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding
     """Judge plateaus: INVALID where the ply is missing, UNDECIDED where it lies double or on something."""
     out = []
     for one in plateaus:
-        x, y = one.centre_mm
-        place = f"{in_cm2(one.area_mm2)} at ({x:.0f}, {y:.0f}) mm"
+        place = f"{in_cm2(one.area_mm2)} at {in_mm(one.centre_mm)}"
         if one.off_mm < 0:
             left_mm = one.off_mm + thickness_mm
             reason = (
@@ -107,11 +106,10 @@ def find(heights: Grid, zones: PlyZones, setup: Setup, stop: _core.Stop | None =
         marks = off & (sign * rise > 0)
         if np.count_nonzero(marks) * cell**2 < least_mm2:
             continue
-        places = pieces_of(marks, 4)
-        for number in places.of_size(least_mm2 / cell**2):
+        around = round(LIMITS.reach_mm[0] / cell) + 1
+        for (rows, columns), own in pieces_of(marks, 4).each(least_mm2 / cell**2, around):
             heed(stop, "the search for plateaus")
-            rows, columns = places.window(number, round(LIMITS.reach_mm[0] / cell) + 1)
-            own, seen = places.labels[rows, columns] == number, on[rows, columns]
+            seen = on[rows, columns]
             origin = heights.origin_mm + cell * np.array([columns.start, rows.start])
             for piece, height_mm in _pieces(sign * rise[rows, columns].astype(np.float64), own, seen, cell, least_mm2):
                 if not 0 < height_mm <= recipe.segmentation.cut_height_mm - thickness:
@@ -124,8 +122,7 @@ def find(heights: Grid, zones: PlyZones, setup: Setup, stop: _core.Stop | None =
                 known = missed[np.isfinite(missed)]
                 if len(known) and sign * float(np.median(known)) > LIMITS.smooth_share * height_mm:
                     continue
-                x, y = xy.mean(axis=0).tolist()
-                out.append(Plateau((x, y), len(row) * cell**2, sign * height_mm))
+                out.append(Plateau(xy_of(xy.mean(axis=0)), len(row) * cell**2, sign * height_mm))
     return tuple(sorted(out, key=lambda one: -one.area_mm2))
 
 
@@ -135,8 +132,7 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
     A place that is not flat as a whole is searched for even parts, because something that lies on a pocket's foot forms
     one place with that pocket.
     """
-    level = float(np.median(rise[own]))
-    if _is_flat(rise[own], level):
+    if _is_flat(rise[own]):
         yield own, _height(rise, own, known, cell, np.zeros_like(rise), LIMITS.least_rim_share)
         return
     uneven = cv2.dilate(rise, _BESIDE) - cv2.erode(rise, _BESIDE)
@@ -144,11 +140,12 @@ def _pieces(rise: Floats, own: Bools, known: Bools, cell: float, least_mm2: floa
     even = pieces_of(own & (uneven < LIMITS.flat_share * rise), 4)
     for number in even.of_size(LIMITS.least_even_share * least_mm2 / cell**2):
         part = own & grown(even.labels == number)
-        if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part], float(np.median(rise[part]))):
+        if np.count_nonzero(part) * cell**2 >= least_mm2 and _is_flat(rise[part]):
             yield part, _height(rise, part, known, cell, ground, LIMITS.step_share)
 
 
-def _is_flat(rise: Floats, level: float) -> bool:
+def _is_flat(rise: Floats) -> bool:
+    level = float(np.median(rise))
     return bool(np.mean(np.abs(rise - level) < LIMITS.flat_share * level) >= LIMITS.least_flat_share)
 
 

@@ -16,9 +16,9 @@ from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import BESIDE_MM, PAST_MIDDLE, STRETCH_MM, Outline
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
 
 
 @dataclass(frozen=True)
@@ -128,13 +128,13 @@ def misfit(outline: Outline, values: Floats, thickness_mm: float, cut_height_mm:
     if share <= most and not in_a_row.any():
         return None
     worst = judged[np.argmax(np.abs(off_mm[judged]))]
-    x, y = outline.places_mm.reshape(outline.stretches, -1, 2)[worst].mean(axis=0).tolist()
+    place = outline.places_mm.reshape(outline.stretches, -1, 2)[worst].mean(axis=0)
     off = f"{abs(off_mm[worst]):.0f} mm {'outside' if off_mm[worst] > 0 else 'inside'}"
     reason = (
         f"the outline does not fit the scan: along {100 * share:.0f} % of it the ply's edge is elsewhere, round "
-        f"({x:.0f}, {y:.0f}) mm {off} it; check that it is this ply's, not mirrored, and in the mold's frame"
+        f"{in_mm(place)} {off} it; check that it is this ply's, not mirrored, and in the mold's frame"
     )
-    return Finding("ply_edge", Verdict.INVALID, reason, share, most, place_mm=(x, y))
+    return Finding("ply_edge", Verdict.INVALID, reason, share, most, place_mm=xy_of(place))
 
 
 def left_out(
@@ -163,15 +163,15 @@ def left_out(
         return None
     row, column = max(pieces, key=lambda piece: len(piece[0]))
     at = outline.places_mm[row] + off[column, None] * outline.normals[row]
-    x, y = at[np.argmin(((at - at.mean(axis=0)) ** 2).sum(axis=1))].tolist()
+    place = at[np.argmin(((at - at.mean(axis=0)) ** 2).sum(axis=1))]
     area_mm2 = len(row) * cell_mm2
     reason = (
-        f"the outline leaves out a part of the ply: beside it, at ({x:.0f}, {y:.0f}) mm, {in_cm2(area_mm2)} stand "
+        f"the outline leaves out a part of the ply: beside it, at {in_mm(place)}, {in_cm2(area_mm2)} stand "
         f"{np.median(values[row, column]):.2f} mm above the reference, where no pocket was looked for; check that the "
         "outline is this ply's, whole, not mirrored, in the mold's frame; if something else lies there, remove it or "
         "mask it"
     )
-    return Finding("ply_edge", Verdict.INVALID, reason, area_mm2, unit="mm²", place_mm=(x, y))
+    return Finding("ply_edge", Verdict.INVALID, reason, area_mm2, unit="mm²", place_mm=xy_of(place))
 
 
 def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: float, most_mm: float) -> Finding | None:
@@ -186,9 +186,9 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
         return None
     off_mm = np.array(LIMITS.beside_mm)
     lifted = outline.lines(heights, LIMITS.beside_mm, LIMITS.along_mm) - bare_mm
-    place = np.arange(len(lifted)) * len(outline.places_mm) // len(lifted)
+    nearest = np.arange(len(lifted)) * len(outline.places_mm) // len(lifted)
     edges: Bools = np.asarray(np.isnan(missed[:, np.abs(outline.offsets_mm) <= off_mm.max()]).any(axis=1))
-    unknown = np.isnan(lifted) | edges[place, None]
+    unknown = np.isnan(lifted) | edges[nearest, None]
     lifted[unknown] = 0.0
     lifted[(lifted < LIMITS.lifted_mm) | (lifted > HIGHEST_MM)] = 0.0
     before, after = np.roll(lifted, 1, axis=0), np.roll(lifted, -1, axis=0)
@@ -209,13 +209,13 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
         return None
     here = np.arange(worst - half, worst + half) % len(longer)
     middle = here[np.argmax(calm[here][:, outer].max(axis=1))]
-    x, y = outline.places_mm[place[middle]].tolist()
+    place = outline.places_mm[nearest[middle]]
     reason = (
-        f"the outline leaves out a part of the ply: just outside it, at ({x:.0f}, {y:.0f}) mm, a fibre along the edge "
+        f"the outline leaves out a part of the ply: just outside it, at {in_mm(place)}, a fibre along the edge "
         f"is {outside[worst]:.2f} mm longer than the mold, and none inside is so long; check that the outline reaches "
         "the ply's edge, in the mold's frame"
     )
-    return Finding("ply_edge", Verdict.INVALID, reason, float(outside[worst]), most_mm, "mm", (x, y))
+    return Finding("ply_edge", Verdict.INVALID, reason, float(outside[worst]), most_mm, "mm", xy_of(place))
 
 
 def _seen_from(kind: Kind, spacing_mm: float) -> Kind:

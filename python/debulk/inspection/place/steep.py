@@ -15,9 +15,9 @@ import numpy as np
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.inspection.ply.ply_on_mold import Setup
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,12 @@ def too_steep(setup: Setup) -> Finding | None:
     worst = piece[np.argmax(beyond[piece])]
     by_slope = to_z[worst] - LIMITS.slope_deg >= to_ray[worst] - LIMITS.ray_deg
     degrees, limit, what = (to_z, LIMITS.slope_deg, "z") if by_slope else (to_ray, LIMITS.ray_deg, "the scanner's rays")
-    at_x, at_y = xy[worst].tolist()
     reason = (
-        f"the mold is too steep below the ply: over {in_cm2(area_mm2[largest])} round ({at_x:.0f}, {at_y:.0f}) mm its "
+        f"the mold is too steep below the ply: over {in_cm2(area_mm2[largest])} round {in_mm(xy[worst])} its "
         f"normal leans by up to {degrees[worst]:.0f} degrees from {what}, limit {limit:g}: heights are not sure there; "
         "turn the mold's frame or the scanner so that it looks more squarely at it, or inspect that side by itself"
     )
-    return Finding("steep_mold", Verdict.INVALID, reason, float(degrees[worst]), limit, "°", (at_x, at_y))
+    return Finding("steep_mold", Verdict.INVALID, reason, float(degrees[worst]), limit, "°", xy_of(xy[worst]))
 
 
 def _degrees(cosine: Floats) -> Floats:

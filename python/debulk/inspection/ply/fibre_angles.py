@@ -12,6 +12,7 @@ from debulk.grid import Grid
 from debulk.inspection.ply.inputs import kept
 from debulk.net import Drape, Draping
 from debulk.surface import Reference
+from debulk.words import in_mm
 
 Angles = ArrayLike | Grid | Drape | Draping
 _NAME = "fibre_angles_deg"
@@ -90,7 +91,7 @@ def angles_at(angles: Floats | Grid, xy_mm: Floats) -> Floats:
     if not np.isfinite(found).all():
         lack = "lies outside their grid" if outside else "is NaN in their grid"
         raise InputError(
-            f"{_NAME}: expected them at the pocket's centre, but ({xy_mm[0]:.0f}, {xy_mm[1]:.0f}) mm {lack}: "
+            f"{_NAME}: expected them at the pocket's centre, but {in_mm(xy_mm)} {lack}: "
             "give angles that cover the whole ply, as a larger grid or drape, or two numbers"
         )
     return found
@@ -100,10 +101,9 @@ def looked_up(angles: Floats | Grid, xy_mm: Floats) -> tuple[Floats, NDArray[np.
     """Return the angles at the nearest points of the grid, (..., 2), NaN where not known; and which are outside it."""
     if not isinstance(angles, Grid):
         return np.broadcast_to(angles, xy_mm.shape), np.zeros(xy_mm.shape[:-1], dtype=np.bool_)
-    at = np.rint((xy_mm - angles.origin_mm) / angles.spacing_mm)
-    most = np.array(angles.values.shape[1::-1]) - 1
-    outside = np.asarray(((at < 0) | (at > most)).any(axis=-1))
-    i, j = np.moveaxis(np.clip(at, 0, most).astype(int), -1, 0)
+    at = angles.cells(xy_mm)
+    outside = ~angles.holds(at)
+    i, j = np.moveaxis(np.where(outside[..., None], 0, at), -1, 0)
     return np.where(outside[..., None], np.nan, angles.values[j, i]), outside
 
 

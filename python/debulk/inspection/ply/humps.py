@@ -24,10 +24,10 @@ from debulk.inspection.ply.excess import LEAST_ERROR_MM, ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
 from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
 from debulk.recipe import Recipe
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
 
 _CELLS = 12.0  # of the coarse map along a radius: with half as many, a bell 24 mm wide loses half of its excess
 _RADII_MM = (25.0, 40.0, 65.0, 100.0)  # of the hump; the ring reaches to twice as far
@@ -138,8 +138,7 @@ def left_out(humps: tuple[Hump, ...]) -> tuple[LeftOut, ...]:
 
 
 def _what(hump: Hump) -> str:
-    x, y = hump.place_mm
-    return f"a hump of {in_cm2(hump.area_mm2)} at ({x:.0f}, {y:.0f}) mm, {hump.height_mm:.1f} mm high"
+    return f"a hump of {in_cm2(hump.area_mm2)} at {in_mm(hump.place_mm)}, {hump.height_mm:.1f} mm high"
 
 
 def _coarse(seen: Grid, cell_mm: float) -> Grid:
@@ -298,14 +297,14 @@ def _hump(
         return None
     lifted = np.where(far <= 1.1, np.where(hump > _FOOT * height, hump, hump * 0), 0.0)
     excess = max(_excess(below, lifted, reach, angle - float(np.degrees(turn)), coarse) for angle in angles_deg)
-    x, y = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
+    place = coarse.origin_mm + coarse.spacing_mm * np.array([column, row])
     area = float(np.count_nonzero(lifted > height / 2)) * coarse.spacing_mm**2
     if area < _LEAST_MM2:
         return None
     # A bump (1 - r²)² is 3.7 times as wide at its foot as the radius of the circle where it is half as high.
     kept = float(left_by_means(float(coarse.spacing_mm), np.array(3.7 * np.sqrt(area / np.pi))))
     excess = max(0.0, excess) / kept
-    return Hump((float(x), float(y)), height, area, excess, ridge_of(excess, recipe))
+    return Hump(xy_of(place), height, area, excess, ridge_of(excess, recipe))
 
 
 def _excess(below: Floats, lifted: Floats, reach: int, angle_deg: float, coarse: Grid) -> float:

@@ -22,6 +22,7 @@ from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
+from debulk.words import in_mm
 
 
 @dataclass(frozen=True)
@@ -69,13 +70,12 @@ class Lost:
         """Judge it: no wrinkle closes under vacuum, and the height map resolves none of the narrow bumps."""
         one = self.place
         if one.is_wrinkle:
-            start, end = one.ends_mm
             reason = (
                 f"a wrinkle stands already: {one.height_mm:.1f} mm high, {one.width_mm:.1f} mm wide and "
-                f"{one.length_mm:.0f} mm long, from ({_xy(start)}) to ({_xy(end)}) mm"
+                f"{one.length_mm:.0f} mm long, from {in_mm(*one.ends_mm)}"
             )
             at_best = Verdict.CREASE if self.ridge_mm > limit_mm else Verdict.UNDECIDED
-            return Finding("wrinkles", at_best, reason, self.ridge_mm, limit_mm, "mm", start)
+            return Finding("wrinkles", at_best, reason, self.ridge_mm, limit_mm, "mm", one.ends_mm[0])
         reason = (
             f"{_named(one)} is narrower than what the height map resolves, and with what lies below it its "
             f"fibres could make a ridge of {self.most_mm:.2f} mm: look there, and scan again"
@@ -168,9 +168,5 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
 def _named(place: Narrow) -> str:
     return (
         f"a bump about {2 * place.width_mm:.0f} mm wide at its foot and {place.height_mm:.1f} mm high at "
-        f"({_xy(place.top_mm)}) mm"
+        f"{in_mm(place.top_mm)}"
     )
-
-
-def _xy(place_mm: tuple[float, float]) -> str:
-    return f"{place_mm[0]:.0f}, {place_mm[1]:.0f}"

@@ -29,6 +29,7 @@ from debulk.inspection.running.cycle import heed, or_late
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
+from debulk.words import xy_of
 
 
 @dataclass(frozen=True)
@@ -295,8 +296,8 @@ def _measured(
     places = points[upper][:, :2].astype(np.float64)
     first, last, summit = places[along.argmin()], places[along.argmax()], points.reshape(-1, 3)[highest[0]]
     return Narrow(
-        top_mm=(float(summit[0]), float(summit[1])),
-        ends_mm=((float(first[0]), float(first[1])), (float(last[0]), float(last[1]))),
+        top_mm=xy_of(summit),
+        ends_mm=(xy_of(first), xy_of(last)),
         height_mm=height_mm,
         width_mm=width_mm,
         length_mm=length_mm,

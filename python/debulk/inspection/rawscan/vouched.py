@@ -23,9 +23,9 @@ from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes.unseen import most_ridge_mm
 from debulk.recipe import Recipe
-from debulk.results.area import in_cm2
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
+from debulk.words import in_cm2, in_mm, xy_of
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,8 @@ def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Find
     for part in parts:
         most_mm = most_ridge_mm(part.box_mm, part.wide_mm, found, recipe)
         if most_mm > limit_mm:
-            x, y = part.centre_mm
             reason = (
-                f"some {in_cm2(part.area_mm2)} at ({x:.0f}, {y:.0f}) mm {part.how}, unlike the rest of the scan: "
+                f"some {in_cm2(part.area_mm2)} at {in_mm(part.centre_mm)} {part.how}, unlike the rest of the scan: "
                 f"filled in, clipped or replaced by the scanner's software? A ridge of {most_mm:.2f} mm could "
                 "have been there. Switch its hole filling and its removal of outliers off, or give the raw cloud"
             )
@@ -158,10 +157,9 @@ def findings(parts: tuple[Made, ...], found: Found, recipe: Recipe) -> list[Find
 def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: NDArray[Any]) -> list[Made]:
     """Measure each connected part; `marks` (3, R, C) are those of points that are quiet, copied and wild."""
     closed = cv2.morphologyEx(made.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)).view(np.bool_)
-    found, out = pieces_of(closed, 4), []
-    for number in found.of_size(LIMITS.window_cells):
-        window = found.window(number, 0)
-        own = found.labels[window] == number
+    out = []
+    for window, own in pieces_of(closed, 4).each(LIMITS.window_cells, 0):
+        area_mm2 = float(np.count_nonzero(own)) * asked.cell_mm**2
         wide_mm = 2 * float(cv2.distanceTransform(np.pad(own, 1).view(np.uint8), cv2.DIST_L2, 5).max()) * asked.cell_mm
         own &= np.isfinite(xy_mm[window][..., 0])
         places = xy_mm[window][own].astype(np.float64)
@@ -169,7 +167,6 @@ def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: NDArray[Any]) -> list
             shares = [float(np.mean(one[window][own])) for one in marks]
             if shares[0] > max(shares[1:]):
                 wide_mm += 2 * LIMITS.rim_pixels * asked.pitch_mm
-            x, y = places.mean(axis=0).tolist()
-            box_mm = np.stack([places.min(axis=0), places.max(axis=0)])
-            out.append(Made((x, y), float(found.sizes[number]) * asked.cell_mm**2, wide_mm, box_mm, *shares))
+            centre_mm, box_mm = xy_of(places.mean(axis=0)), np.stack([places.min(axis=0), places.max(axis=0)])
+            out.append(Made(centre_mm, area_mm2, wide_mm, box_mm, *shares))
     return out
