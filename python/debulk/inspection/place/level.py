@@ -51,19 +51,9 @@ class Deviation:
     """Range of the paraboloid's second-order part."""
 
     @property
-    def xy_mm(self) -> Floats:
-        """(B, 2) middles of the squares."""
-        return self.squares.xy_mm
-
-    @property
-    def error_mm(self) -> Floats:
-        """(B,) standard errors of the residuals."""
-        return self.squares.error_mm
-
-    @property
     def slope(self) -> Floats:
         """(2,) slope of the plane, mm per mm."""
-        return np.asarray(self.plane[1:] / _half(self.xy_mm, self.squares.side_mm))
+        return np.asarray(self.plane[1:] / _half(self.squares.xy_mm, self.squares.side_mm))
 
     def off(self, tol_mm: float) -> NDArray[np.int64]:
         """Return -1 for each square that lies too low, 1 for each that lies too high, and 0 for the others.
@@ -72,7 +62,7 @@ class Deviation:
         paraboloid is off by more than the tolerance there. The paraboloid shows a motion or a bend of the scan that is
         lost in the noise of single squares.
         """
-        beyond = np.abs(self.residual_mm) > tol_mm + medians.SURE * self.error_mm
+        beyond = np.abs(self.residual_mm) > tol_mm + medians.SURE * self.squares.error_mm
         smooth = np.abs(self.fits_mm[2]) > tol_mm
         sign = np.where(beyond, np.sign(self.residual_mm), np.where(smooth, np.sign(self.fits_mm[2]), 0.0))
         return np.asarray(sign, dtype=np.int64)
@@ -85,7 +75,7 @@ class Deviation:
         """
         rest = np.ones(len(self.residual_mm), dtype=np.bool_)
         rest[loose] = False
-        terms = _terms(self.xy_mm, 0.0)
+        terms = _terms(self.squares.xy_mm, 0.0)
         if np.count_nonzero(rest) <= 2 * terms.shape[1]:
             return False
         fit = product(terms, _robust(terms[rest], self.residual_mm[rest]))
@@ -93,7 +83,7 @@ class Deviation:
 
     def left(self, tol_mm: float, order: int) -> tuple[float, float]:
         """Return the shares of the squares that lie too low and too high after subtracting the fit of that order."""
-        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + medians.SURE * self.error_mm
+        rest, limit = self.residual_mm - self.fits_mm[order], tol_mm + medians.SURE * self.squares.error_mm
         return float(np.mean(rest < -limit)), float(np.mean(rest > limit))
 
 

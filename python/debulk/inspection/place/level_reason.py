@@ -110,8 +110,8 @@ def level_reason(
     else:
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
         if order == 2 and _lifted(level, found, recipe):
-            top = int(np.argmax(found.residual_mm - medians.SURE * found.error_mm))
-            high = f"{found.residual_mm[top]:.2f} mm at {in_mm(found.xy_mm[top])}"
+            top = int(np.argmax(found.residual_mm - medians.SURE * found.squares.error_mm))
+            high = f"{found.residual_mm[top]:.2f} mm at {in_mm(found.squares.xy_mm[top])}"
             what = f"{what}, or the ply stands off the mold widely, by {high}"
             remedy = f"look there first: lay the ply down and scan again; if it does lie on the mold, {remedy}"
     where = f"between the pockets the ply stands {_off_reference(level)}, its thickness is {level.thickness_mm:g} mm"
@@ -176,11 +176,11 @@ def _step(step: Step, level: Level, tol_mm: float) -> tuple[str, str]:
 def _uneven(level: Level, found: Deviation, recipe: Recipe) -> tuple[str, str]:
     """Name a deviation that no simple motion explains, and a remedy."""
     tol_mm = options.level_tol_mm(recipe)
-    worst = int(np.argmax(np.abs(found.residual_mm) - medians.SURE * found.error_mm))
+    worst = int(np.argmax(np.abs(found.residual_mm) - medians.SURE * found.squares.error_mm))
     what = (
         f"{100 * level.low_share:.0f} % of the ply between the pockets lies more than {tol_mm:.2g} mm too "
         f"low and {100 * level.high_share:.0f} % too high, worst by {found.residual_mm[worst]:+.2f} mm at "
-        f"{in_mm(found.xy_mm[worst])}"
+        f"{in_mm(found.squares.xy_mm[worst])}"
     )
     raised = level.low_share <= recipe.level.largest_share
     if raised and abs(level.laid_mm - level.thickness_mm) <= tol_mm:

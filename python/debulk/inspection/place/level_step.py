@@ -50,7 +50,7 @@ def best_step(found: Deviation) -> Step | None:
     best, smallest = None, _BETTER
     for degrees in np.arange(_WAYS) * (180.0 / _WAYS):
         across = np.array([-np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
-        away_mm = product(found.xy_mm, across)
+        away_mm = product(found.squares.xy_mm, across)
         ranked = np.argsort(away_mm, kind="stable")
         ordered, along = residual[ranked], away_mm[ranked]
         for below in range(least, count - least + 1, max(1, count // _PLACES)):
@@ -63,7 +63,7 @@ def best_step(found: Deviation) -> Step | None:
             if left >= smallest * smoothly:
                 continue
             smallest, share = left / smoothly, (count - below if high > low else below) / count
-            middle, here = found.xy_mm.mean(axis=0), 0.5 * (along[below - 1] + along[below])
+            middle, here = found.squares.xy_mm.mean(axis=0), 0.5 * (along[below - 1] + along[below])
             rest = residual - np.where(away_mm < here, low, high)
             place_mm = middle + (here - middle @ across) * across
             best = Step(abs(high - low), min(low, high), share, place_mm, float(degrees), rest)
