@@ -21,8 +21,8 @@ from debulk.chain.record import Chain, Figure
 from debulk.chain.study import Drift
 from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply.fibre_angles import Angles
-from debulk.inspection.tracing import now_utc
 from debulk.report import Report
+from debulk.results.trace import now_utc
 from debulk.verdict import Verdict
 
 if TYPE_CHECKING:

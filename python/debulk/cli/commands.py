@@ -234,9 +234,9 @@ def approve(
     by: Annotated[str, typer.Option(help="Who approves.")],
 ) -> None:
     """Add a recipe to a file of approved ones, with name, time and hash; `debulk inspect --approved` asks for it."""
-    from debulk.inspection.tracing import now_utc
     from debulk.recipe import Recipe
     from debulk.results.approval import approve as approved_by
+    from debulk.results.trace import now_utc
 
     check_output(approved)
     new = approved_by(approved, Recipe.load(recipe).model_dump(), by, now_utc())

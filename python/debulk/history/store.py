@@ -8,7 +8,6 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from debulk.results import codec
 from debulk.results.comparison import FORMAT as COMPARISON
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT as REPORT
+from debulk.results.trace import now_utc
 
 _OUTCOME = "debulk outcome"
 _FAST = 1  # level of compression: a record is stored while a cell waits
@@ -148,11 +148,14 @@ class History:
         An inspection ends with this: it waits for no net and no minimum that its verdict did not need, and whatever is
         wrong with a history, its verdict is not lost.
         """
+        return self.kept(report)[0]
+
+    def kept(self, report: Report) -> tuple[Report, int | None]:
+        """Do what `keep` does, and also return the number of the record; None: it is not in the history."""
         try:
-            self.add(report.as_decided())
+            return report, self.add(report.as_decided())
         except Exception as error:  # a verdict that is there must reach the cell
-            return report.changed(warnings=(*report.warnings, f"not in the history: {error}"))
-        return report
+            return report.changed(warnings=(*report.warnings, f"not in the history: {error}")), None
 
     def keep_comparison(self, comparison: Comparison, report: Report) -> Comparison:
         """Store a comparison as `keep` stores a report."""
@@ -244,14 +247,13 @@ class History:
 
     def _add(self, kind: str, of: int | None, text: str, made: Callable[[int], list[Row]]) -> int:
         body = zlib.compress(text.encode("utf-8", "backslashreplace"), _FAST)
-        now = datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
         with connected(self.path, write=True) as connection:
             number, previous = _last(connection)
             number += 1
             tables = rows.as_tuples(made(number))
             if there := _known(connection, tables):  # asked while nobody else writes: two that add it would both do so
                 return there
-            header = (number, kind, of, now, rows.digest(tables), previous)
+            header = (number, kind, of, now_utc(), rows.digest(tables), previous)
             connection.execute("INSERT INTO record VALUES (?, ?, ?, ?, ?, ?, ?)", (*header, record_hash(header, body)))
             connection.execute("INSERT INTO body VALUES (?, ?)", (number, body))
             for name, lines in tables.items():

@@ -44,11 +44,11 @@ from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, prepare
 from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
-from debulk.inspection.tracing import Given, checked_context, now_utc, tracing
+from debulk.inspection.tracing import Given, checked_context, tracing
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results.approval import approvals
-from debulk.results.trace import Trace
+from debulk.results.trace import Trace, now_utc
 from debulk.stopping import Running
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ import os
 import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -55,11 +54,6 @@ def tracing(given: Given) -> Callable[..., Trace]:
         versions=_versions(),
         host=_host() | {"threads used": str(given.recipe.run.threads or _core.default_threads())},
     )
-
-
-def now_utc() -> str:
-    """Return the current time in ISO 8601, with milliseconds and Z for UTC."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def checked_context(context: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,6 +13,11 @@ from debulk.grid import Grid
 from debulk.results.record import Record, Stored, Values
 
 _Pose = Annotated[NDArray[np.float64], Stored(np.float64, 4, 4)]
+
+
+def now_utc() -> str:
+    """Return the current time in ISO 8601, with milliseconds and Z for UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from debulk.report import Report
 from debulk.results.advice import Deed, advice
 from debulk.results.approval import recipe_hash
 from debulk.results.looks import VERDICT_SIGNS
+from debulk.results.trace import now_utc
 from debulk.verdict import Verdict
 
 _MOST_CORNERS = 120  # of an outline that is only a picture
@@ -39,9 +41,14 @@ class Job:
     part: str
     ply: str
     """`part`, `ply`: kept in the report."""
-    began_s: float
-    received_utc: str
+    began_s: float = field(default_factory=time.monotonic)
+    received_utc: str = field(default_factory=now_utc)
     """`began_s`, `received_utc`: when it was accepted, by a clock that never jumps, and as the time of day."""
+
+    @property
+    def seconds(self) -> float:
+        """Seconds since then."""
+        return time.monotonic() - self.began_s
 
 
 @dataclass(frozen=True)
@@ -96,14 +103,12 @@ class Result:
     passed: bool = False
 
 
-def result_of(job: Job, report: Report, record: int | None, finished_utc: str, seconds: float) -> Result:
+def result_of(job: Job, report: Report, record: int | None) -> Result:
     """Return what is kept of a report."""
     return _of_job(
         job,
         report.verdict,
         report.reason,
-        finished_utc,
-        seconds,
         do=tuple(map(Place.of, advice(report))),
         outline_mm=_outline(report.ply_outline_mm),
         warnings=report.warnings,
@@ -113,21 +118,19 @@ def result_of(job: Job, report: Report, record: int | None, finished_utc: str, s
     )
 
 
-def refused(job: Job, reason: str, finished_utc: str, seconds: float) -> Result:
+def refused(job: Job, reason: str) -> Result:
     """Return the outcome of a scan that could not be inspected: never better than INVALID."""
     return _of_job(
         job,
         Verdict.INVALID,
         reason,
-        finished_utc,
-        seconds,
         refused=True,
         do=(Place("scan again, or look at the service's log", "", None, "", (), None, ""),),
         recipe=recipe_hash(job.inspector.recipe.model_dump()),
     )
 
 
-def _of_job(job: Job, verdict: Verdict, reason: str, finished_utc: str, seconds: float, **more: Any) -> Result:
+def _of_job(job: Job, verdict: Verdict, reason: str, **more: Any) -> Result:
     return Result(
         job.id,
         verdict.name,
@@ -138,8 +141,8 @@ def _of_job(job: Job, verdict: Verdict, reason: str, finished_utc: str, seconds:
         job.inspector_name,
         job.scan.name,
         job.received_utc,
-        finished_utc,
-        seconds,
+        now_utc(),
+        job.seconds,
         **more,
     )
 

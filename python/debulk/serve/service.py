@@ -8,7 +8,6 @@ import itertools
 import logging
 import secrets
 import threading
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
@@ -21,7 +20,7 @@ from debulk.files.source import Points
 from debulk.history import History
 from debulk.inspection.inspector import Inspector
 from debulk.inspection.running.cycle import Cancelled
-from debulk.inspection.tracing import now_utc
+from debulk.results.trace import now_utc
 from debulk.serve.asked import Inspection, Reference
 from debulk.serve.folders import Folders
 from debulk.serve.inspectors import Cell, Inspectors
@@ -130,8 +129,6 @@ class Service:
             asked.deadline_s or self.deadline_s,
             asked.part,
             asked.ply,
-            time.monotonic(),
-            now_utc(),
         )
         self._waiting.append(job)
         self._work.set()
@@ -231,9 +228,9 @@ class Service:
 
     async def _outcome(self, job: Job) -> Result:
         if reason := self._withdrawn.pop(job.id, self.closed):
-            return refused(job, reason, now_utc(), _since(job))
+            return refused(job, reason)
         given_up = threading.Event()
-        left = _patience_s(job) - (time.monotonic() - job.began_s)
+        left = _patience_s(job) - job.seconds
         try:
             return await asyncio.wait_for(in_thread(self._inspected, job, given_up), max(left, _LATE_S))
         except TimeoutError:
@@ -249,7 +246,7 @@ class Service:
             log.exception("a fault of debulk's in the inspection of %s", job.scan.name)
             reason = "a fault of debulk's: see the log, and report it"
         given_up.set()
-        return refused(job, reason, now_utc(), _since(job))
+        return refused(job, reason)
 
     def _inspected(self, job: Job, given_up: threading.Event) -> Result:
         try:
@@ -263,7 +260,7 @@ class Service:
         angles = None if job.angles is None else load_angles(job.angles, self.cell.frame_unit)
         if given_up.is_set():  # nobody waits any more: nothing may come into the history that no cell was told
             raise Cancelled("given up")
-        left = None if job.deadline_s is None else max(job.deadline_s - _since(job), 1e-3)
+        left = None if job.deadline_s is None else max(job.deadline_s - job.seconds, 1e-3)
         context = {name: value for name, value in (("part", job.part), ("ply", job.ply)) if value}
         report = job.inspector.inspect(cloud.values, left, context=context, fibre_angles_deg=angles)
         notes = [f"{job.scan.name}: {note}" for note in cloud.notes]
@@ -273,10 +270,8 @@ class Service:
         )
         record = None
         if self.history is not None and not given_up.is_set():
-            report = self.history.keep(report)
-            with contextlib.suppress(InputError):
-                record = self.history.number_of(report)
-        return result_of(job, report, record, now_utc(), _since(job))
+            report, record = self.history.kept(report)
+        return result_of(job, report, record)
 
     def _tell(self, news: Job | Result | None = None) -> None:
         """Tell all who wait for a change."""
@@ -284,10 +279,6 @@ class Service:
         before.set()
         for listener in self.on_change:
             listener(news)
-
-
-def _since(job: Job) -> float:
-    return time.monotonic() - job.began_s
 
 
 def _patience_s(job: Job) -> float:

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from debulk.inspection.tracing import now_utc
+from debulk.results.trace import now_utc
 from debulk.serve.service import Service
 from debulk.verdict import Verdict
 

@@ -232,11 +232,12 @@ def test_a_history_that_cannot_be_written_costs_no_verdict(tmp_path, report):
     folder.mkdir()
     there = history_of(str(folder / "c.sqlite"))
     assert there.keep(report) is report
+    assert there.kept(report) == (report, 1)
     for name in os.listdir(folder):
         (folder / name).unlink()
     folder.rmdir()
-    kept = there.keep(report)
-    assert kept.verdict is report.verdict
+    kept, record = there.kept(report)
+    assert kept.verdict is report.verdict and record is None
     assert kept.warnings[:-1] == report.warnings and kept.warnings[-1].startswith("not in the history: ")
     comparison = there.keep_comparison(compared(report), report)
     assert "not in the history" in comparison.warnings[0]
