@@ -17,6 +17,11 @@ constexpr long far_budget = 20'000;  // the same for the few points that lie off
 constexpr int block = 12;            // cells along the side of a block
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// One point in `every`, by multiples of the golden ratio: evenly also among those that were seen, whatever pattern they make.
+bool is_asked(std::uint32_t index, std::uint32_t every) {
+  return index * 2654435769U <= std::numeric_limits<std::uint32_t>::max() / every;
+}
+
 }  // namespace
 
 struct GridSearch::Search {
@@ -202,7 +207,7 @@ bool GridSearch::search_blocks(std::size_t entry, int column, int row, long budg
   }
 }
 
-std::vector<std::uint32_t> GridSearch::mean_distances(float* means) {
+std::vector<std::uint32_t> GridSearch::mean_distances(float* means, std::uint32_t every) {
   // Rows of cells are searched in chunks. The points that a chunk leaves are collected in the order of the chunks.
   struct Left {
     std::uint32_t entry;
@@ -218,7 +223,9 @@ std::vector<std::uint32_t> GridSearch::mean_distances(float* means) {
       for (int column = 0; column < cells_[0]; ++column) {
         const std::size_t at = static_cast<std::size_t>(row) * cells_[0] + column;
         for (std::uint32_t e = starts_[at]; e < starts_[at + 1]; ++e)
-          if (search(e, column, row, near_budget, found))
+          if (!is_asked(entries_[e].index, every))
+            continue;
+          else if (search(e, column, row, near_budget, found))
             means[entries_[e].index] = mean_distance(found.squared.data(), found.count);
           else
             left.push_back({e, column, row});

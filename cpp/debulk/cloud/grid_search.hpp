@@ -18,10 +18,10 @@ class GridSearch {
  public:
   GridSearch(const CloudView& cloud, int neighbours, int threads, const Stop& stop);
 
-  // Fills means[i] for the points that can be searched at a bounded cost, and returns the indices of the others, in
-  // the order of their cells. (A vertical wall or a dense cluster overcrowds a cell; a point far off the sheet needs
-  // many rings.)
-  std::vector<std::uint32_t> mean_distances(float* means);
+  // Fills means[i] for the points, or a sample of one in `every`, that can be searched at a bounded cost, and returns the
+  // indices of the others, in the order of their cells. (A vertical wall or a dense cluster overcrowds a cell; a point
+  // far off the sheet needs many rings.)
+  std::vector<std::uint32_t> mean_distances(float* means, std::uint32_t every = 1);
 
  private:
   struct Entry {

@@ -11,6 +11,8 @@
 namespace debulk {
 namespace {
 
+constexpr std::size_t kAsked = 100'000;  // points of a list, about: their median is known to 0.3 % of the distances' spread
+
 float select(std::vector<float>& values, std::size_t place) {
   const auto at = values.begin() + static_cast<long>(place);
   std::nth_element(values.begin(), at, values.end());
@@ -102,7 +104,8 @@ double widest_pitch(const CloudView& cloud, double pitch, const Stop& stop) {
 double median_pitch(const CloudView& cloud, int threads, const Stop& stop) {
   std::vector<float> distances;
   if (!cloud.organised()) {
-    for (const float d : mean_neighbour_distances(cloud, 4, threads, stop))
+    const auto every = static_cast<std::uint32_t>(std::max<std::size_t>(1, cloud.size() / kAsked));
+    for (const float d : mean_neighbour_distances(cloud, 4, threads, stop, every))
       if (std::isfinite(d)) distances.push_back(d);
     return widest_pitch(cloud, median(distances), stop);
   }

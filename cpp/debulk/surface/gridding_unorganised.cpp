@@ -1,6 +1,7 @@
 #include "debulk/surface/gridding_unorganised.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -18,7 +19,8 @@ struct Cells {
   Eigen::Vector2d low;
   double side;
   int columns, rows;
-  std::vector<std::uint32_t> starts, points;
+  std::vector<std::uint32_t> starts;
+  std::vector<std::array<float, 3>> points;
 
   Cells(const CloudView& cloud, const Grid<float>& grid, double radius, const Stop& stop)
       : low(grid.position(0, 0).array() - radius), side(radius) {
@@ -38,7 +40,7 @@ struct Cells {
     for (std::size_t c = 1; c < starts.size(); ++c) starts[c] += starts[c - 1];
     points.resize(starts.back());
     std::vector<std::uint32_t> next(starts.begin(), starts.end() - 1);
-    each([&](std::size_t cell, std::size_t i) { points[next[cell]++] = static_cast<std::uint32_t>(i); });
+    each([&](std::size_t cell, std::size_t i) { std::copy_n(cloud.point(i), 3, points[next[cell]++].begin()); });
   }
 };
 
@@ -90,7 +92,7 @@ double grid_unorganised(const CloudView& cloud, Grid<float>& grid, double pitch,
           const std::uint32_t to = cells.starts[line + std::min(cells.columns - 1, column + 1) + 1];
           visited += to - from;
           for (std::uint32_t k = from; k < to; ++k) {
-            const float* p = cloud.point(cells.points[k]);
+            const std::array<float, 3>& p = cells.points[k];
             const double x = (p[0] - at.x()) / radius, y = (p[1] - at.y()) / radius, closeness = 1 - x * x - y * y;
             if (closeness > 0) fit.add(x, y, p[2], closeness * closeness);
           }

@@ -9,6 +9,7 @@
 #include "clouds.hpp"
 #include "debulk/cloud/grid_search.hpp"
 #include "debulk/cloud/pitch.hpp"
+#include "debulk/cloud/tree_search.hpp"
 #include "debulk/core/error.hpp"
 
 namespace debulk {
@@ -37,12 +38,22 @@ std::vector<float> brute_force(const CloudView& cloud, int neighbours) {
   return ::testing::AssertionSuccess();
 }
 
-// Grid and tree, on 1, 2 and 4 threads, against brute force.
+// What the trees find of all points.
+std::vector<float> by_trees(const CloudView& cloud, int neighbours, int threads) {
+  std::vector<float> means(cloud.size(), nan);
+  std::vector<std::uint32_t> seen;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (cloud.seen(i)) seen.push_back(static_cast<std::uint32_t>(i));
+  TreeSearch(cloud, neighbours, threads, Stop()).mean_distances(seen, means.data(), threads, Stop());
+  return means;
+}
+
+// Grid and trees, on 1, 2 and 4 threads, against brute force.
 void expect_exact(const Cloud& cloud, int neighbours) {
   const std::vector<float> exact = brute_force(cloud.view(), neighbours);
   for (const int threads : {1, 2, 4}) {
-    EXPECT_TRUE(same_bits(mean_neighbour_distances(cloud.view(), neighbours, threads), exact)) << "organised, threads " << threads;
-    EXPECT_TRUE(same_bits(mean_neighbour_distances(cloud.flat(), neighbours, threads), exact)) << "flat, threads " << threads;
+    EXPECT_TRUE(same_bits(mean_neighbour_distances(cloud.view(), neighbours, threads), exact)) << "grid, threads " << threads;
+    EXPECT_TRUE(same_bits(by_trees(cloud.view(), neighbours, threads), exact)) << "trees, threads " << threads;
   }
 }
 
@@ -55,7 +66,7 @@ TEST(Neighbours, OfASheetAreNearlyAllFoundByTheGrid) {
   std::vector<float> means(cloud.view().size(), nan);
   const auto left = GridSearch(cloud.view(), 4, 2, Stop()).mean_distances(means.data());
   EXPECT_LT(left.size(), 60u);
-  std::vector<float> complete = mean_neighbour_distances(cloud.flat(), 4, 2);
+  std::vector<float> complete = by_trees(cloud.view(), 4, 2);
   for (const auto i : left) complete[i] = nan;
   EXPECT_TRUE(same_bits(means, complete));
 }
@@ -111,7 +122,7 @@ TEST(Neighbours, OfPointsFarOffTheSheetAreExactWithoutTheTree) {
   }
   std::vector<float> means(cloud.view().size(), nan);
   EXPECT_EQ(GridSearch(cloud.view(), 4, 2, Stop()).mean_distances(means.data()).size(), 0u);
-  EXPECT_TRUE(same_bits(means, mean_neighbour_distances(cloud.flat(), 4)));
+  EXPECT_TRUE(same_bits(means, by_trees(cloud.view(), 4, 2)));
 }
 
 // Half a million copies, and a cluster of half a million in one cell: minutes if anything were quadratic.
@@ -138,7 +149,7 @@ TEST(Neighbours, OfMoreThanOneTreeHaveTheSameBits) {
       }
     cloud.point(3, 4)[0] = 1e30f, cloud.point(5, 6)[0] = -1e30f;
     const std::vector<float> means = mean_neighbour_distances(cloud.view(), 4, 2);
-    EXPECT_TRUE(same_bits(mean_neighbour_distances(cloud.flat(), 4, 2), means));
+    EXPECT_TRUE(same_bits(by_trees(cloud.view(), 4, 2), means));
     std::vector<std::size_t> order(means.size());
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = k;
     for (std::size_t k = order.size() - 1; k > 0; --k)
@@ -149,7 +160,26 @@ TEST(Neighbours, OfMoreThanOneTreeHaveTheSameBits) {
       std::copy_n(&cloud.xyz[3 * order[k]], 3, &mixed.xyz[3 * k]);
       expected[k] = means[order[k]];
     }
+    EXPECT_TRUE(same_bits(by_trees(mixed.flat(), 4, 3), expected)) << shift;
     EXPECT_TRUE(same_bits(mean_neighbour_distances(mixed.flat(), 4, 3), expected)) << shift;
+  }
+}
+
+// Whatever pattern was not seen: every other point, or two of three, are no reason to ask none.
+TEST(Neighbours, OfASampleAreThoseOfAllPoints) {
+  for (const std::size_t period : {1, 2, 3, 8}) {
+    const Cloud cloud = make(300, 200, [&](int i, int j, float* p) {
+      p[0] = static_cast<float>(i), p[1] = static_cast<float>(j), p[2] = static_cast<std::size_t>(300 * j + i) % period == 0 ? 0 : nan;
+    });
+    const std::vector<float> all = mean_neighbour_distances(cloud.flat(), 4, 2);
+    const std::vector<float> some = mean_neighbour_distances(cloud.flat(), 4, 2, Stop(), 16);
+    std::size_t asked = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (std::isnan(some[k])) continue;
+      ++asked;
+      EXPECT_EQ(some[k], all[k]);
+    }
+    EXPECT_NEAR(static_cast<double>(asked), 60000.0 / static_cast<double>(16 * period), 10) << period;
   }
 }
 
