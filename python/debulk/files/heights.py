@@ -157,15 +157,13 @@ def _of_png(source: Source) -> NDArray[np.float64]:
 
 def _of_npy(source: Source) -> tuple[NDArray[np.float64], bool]:
     shape, fortran, dtype = npy.read_header(source, source.file, 0)
-    offset = source.file.tell()
     if dtype.kind not in "fiu" or dtype.itemsize > 8 or len(shape) != 2 or min(shape) < 1:
         got = f"{str(dtype)[:40]}, shape {str(shape)[:40]}"
         source.fail(
             0, f"expected (H, W) floats or whole numbers, got {got}", "save it with numpy.save as (H, W) float32"
         )
-    source.check_size(offset, math.prod(shape), dtype.itemsize, exact=True, what="heights")
-    values = np.fromfile(source.file, dtype=dtype, count=math.prod(shape)).astype(np.float64)
-    values = values.reshape(shape[::-1]).T if fortran else values.reshape(shape)
+    source.check_size(source.file.tell(), math.prod(shape), dtype.itemsize, exact=True, what="heights")
+    values = npy.reshaped(npy.read_values(source, dtype, math.prod(shape)).astype(np.float64), shape, fortran)
     return np.ascontiguousarray(values), dtype.kind != "f"
 
 

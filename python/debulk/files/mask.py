@@ -68,17 +68,13 @@ def load_mask(path: str | PathLike[str]) -> NDArray[np.bool_]:
 def read_mask_npy(source: Source) -> NDArray[np.bool_]:
     """Read an (H, W) array of bool, or of uint8, which counts as true where it is not zero."""
     shape, fortran, dtype = npy.read_header(source, source.file, 0)
-    offset = source.file.tell()
     if dtype not in (np.dtype(bool), np.dtype(np.uint8)):
         source.fail(0, f"expected bool or uint8, got {str(dtype)[:60]}", _NPY_REMEDY)
     if len(shape) != 2 or min(shape) < 0:
         source.fail(0, f"expected the shape (H, W), got {str(shape)[:60]}", _NPY_REMEDY)
-    source.check_size(offset, math.prod(shape), 1, exact=True, what="pixels")
-    values = np.fromfile(source.file, dtype=np.uint8, count=math.prod(shape))
-    if values.size != math.prod(shape):
-        source.fail(offset + values.size, "the file ended while it was read")
-    values = values.reshape(shape[::-1]).T if fortran else values.reshape(shape)
-    return np.ascontiguousarray(values != 0)
+    source.check_size(source.file.tell(), math.prod(shape), 1, exact=True, what="pixels")
+    values = npy.read_values(source, np.dtype(np.uint8), math.prod(shape))
+    return np.ascontiguousarray(npy.reshaped(values, shape, fortran) != 0)
 
 
 def read_mask_png(source: Source) -> NDArray[np.bool_]:

@@ -41,10 +41,7 @@ def read_npy(source: Source, factor: float) -> Points:
     layout = None if _by_coordinates(shape) or (fortran and len(shape) > 1 and count > each) else _layout(shape, dtype)
     if layout is None:
         source.file.seek(offset)
-        values = np.fromfile(source.file, dtype=dtype, count=count)
-        if values.size != count:
-            source.fail(offset + values.nbytes, "the file ended while it was read")
-        return summarised(_points(values, shape, fortran), factor)
+        return summarised(_points(read_values(source, dtype, count), shape, fortran), factor)
     points = source.points(offset, count // each, layout, factor)
     lengths = shape if dtype.names else shape[:-1]
     return points.organised(*lengths) if len(lengths) == 2 else points
@@ -112,7 +109,7 @@ def _member(source: Source, archive: zipfile.ZipFile, info: zipfile.ZipInfo, nam
             filled += got
         if filled != need or member.read(1):  # reading to the end also checks the checksum
             source.fail(offset, f"array {name[:40]!r}: {need - filled} bytes lack")
-    return _reshaped(values, shape, fortran) if one_axis else _points(values, shape, fortran)
+    return reshaped(values, shape, fortran) if one_axis else _points(values, shape, fortran)
 
 
 def write_npy(path: Path, points: NDArray[np.float32]) -> None:
@@ -138,6 +135,15 @@ def read_header(source: Source, file: BinaryIO, offset: int) -> tuple[tuple[int,
     except Exception as error:  # NumPy parses the header with Python's tokenizer, which raises many kinds of errors
         return source.fail(offset, f"not a readable .npy header: {' '.join(str(error).split())[:120]}", _REMEDY)
     return tuple(shape), bool(fortran), dtype
+
+
+def read_values(source: Source, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
+    """Read the values that stand from here on, whose number was checked against the file's size."""
+    offset = source.file.tell()
+    values = np.fromfile(source.file, dtype=dtype, count=count)
+    if values.size != count:
+        source.fail(offset + values.nbytes, "the file ended while it was read")
+    return values
 
 
 def _check_form(source: Source, offset: int, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
@@ -187,13 +193,14 @@ def _layout(shape: tuple[int, ...], dtype: np.dtype[Any]) -> Layout | None:
     return Layout(dtype.itemsize, found[1], [f"{kind.kind}{kind.itemsize}" for kind in found[0]], True in orders)
 
 
-def _reshaped(values: NDArray[Any], shape: tuple[int, ...], fortran: bool) -> NDArray[Any]:
+def reshaped(values: NDArray[Any], shape: tuple[int, ...], fortran: bool) -> NDArray[Any]:
+    """Return values in the shape and the order that a header gives."""
     return values.reshape(shape[::-1]).T if fortran else values.reshape(shape)
 
 
 def _points(values: NDArray[Any], shape: tuple[int, ...], fortran: bool) -> NDArray[Any]:
     """Return (H, W, 3) or (N, 3) of the values of an array whose form has been checked."""
-    array = _reshaped(values, shape, fortran)
+    array = reshaped(values, shape, fortran)
     if array.dtype.names:
         points: NDArray[Any] = plain(array, "array")
         return points

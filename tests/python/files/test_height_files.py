@@ -1,5 +1,7 @@
 """Matrices of heights: places from the pitch, and nothing seen where the file says so."""
 
+import os
+
 import cv2
 import numpy as np
 import pytest
@@ -180,3 +182,23 @@ def test_anything_else_is_one_error(tmp_path, parts, before):
         assert points.ndim == 3 and points.size <= 3 * (len(text) + 99)
     except InputError as error:
         assert str(error).startswith(str(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("kind", ["heights", "mask", "cloud"])
+def test_an_array_that_is_cut_while_it_is_read_is_named(tmp_path, monkeypatch, kind):
+    path = tmp_path / "a.npy"
+    array, load = {
+        "heights": (Z, lambda: files.load_heights(path, 0.5)),
+        "mask": (Z > 1.5, lambda: files.load_mask(path)),
+        "cloud": (np.asfortranarray(np.dstack([Z, Z, Z])), lambda: files.load_cloud(path)),
+    }[kind]
+    np.save(path, array)
+    whole = np.fromfile
+
+    def cut(file, **how):
+        os.truncate(path, path.stat().st_size - array.itemsize)
+        return whole(file, **how)
+
+    monkeypatch.setattr(np, "fromfile", cut)
+    with pytest.raises(InputError, match=r"a\.npy: .*the file ended while it was read"):
+        load()
