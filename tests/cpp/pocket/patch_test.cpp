@@ -10,7 +10,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/height_noise.hpp"
 #include "debulk/pocket/smooth.hpp"
-#include "support/dense.hpp"
+#include "support/cholesky.hpp"
 
 namespace debulk {
 namespace {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "support/cholesky.hpp"
 #include "support/dense.hpp"
 
 namespace debulk {

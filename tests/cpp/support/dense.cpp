@@ -1,6 +1,5 @@
 #include "support/dense.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
@@ -27,13 +26,6 @@ MatrixXd orthogonal(const MatrixXd& a) {
 }
 Exact orthogonal(const Exact& a) {
   return Eigen::HouseholderQR<Exact>(a).householderQ();
-}
-
-MatrixXd cholesky(const MatrixXd& a) {
-  return Eigen::LLT<MatrixXd>(a).matrixU();
-}
-VectorXd cholesky_solution(const MatrixXd& a, const VectorXd& b) {
-  return Eigen::LLT<MatrixXd>(a).solve(b);
 }
 
 VectorXd exact_solution(const Exact& a, const Exact& b) {

@@ -2,7 +2,8 @@
 
 #include <Eigen/Core>
 
-// Eigen's dense decompositions for tests, compiled once: each costs a file that names it three to eight seconds.
+// Eigen's dense decompositions for tests, compiled once: each costs a file that names it three to eight seconds, and under a
+// sanitizer all together two minutes, hence the library of their own, for the rooms' tests that need it.
 namespace debulk::test {
 
 using Exact = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
@@ -17,10 +18,6 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b
 // Q of a = Q R, square.
 Eigen::MatrixXd orthogonal(const Eigen::MatrixXd& a);
 Exact orthogonal(const Exact& a);
-
-// U of a = U^T U of a positive definite a, and the solution of a x = b by it.
-Eigen::MatrixXd cholesky(const Eigen::MatrixXd& a);
-Eigen::VectorXd cholesky_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
 // Of a x = b, found in long double.
 Eigen::VectorXd exact_solution(const Exact& a, const Exact& b);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include "debulk/cloud/cloud_view.hpp"
 
