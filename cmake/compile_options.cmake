@@ -19,6 +19,11 @@ list(APPEND debulk_bits_options -ffp-contract=off)
 target_compile_options(debulk_options INTERFACE $<BUILD_INTERFACE:${debulk_bits_options}>)
 
 # For sources with wide loops (core/simd_dispatch.inl): what lets the compiler use wide instructions there; none of it changes a
-# bit of the results.
-set(DEBULK_WIDE_LOOPS -O3 CACHE STRING "How hard the compiler works on them; a sanitizer's build is not in a hurry at run time")
-set(debulk_simd_options ${DEBULK_WIDE_LOOPS} -fno-math-errno -fno-trapping-math -Wno-psabi)
+# bit of the results. A sanitizer's build is not in a hurry at run time and compiles them as all others.
+set(DEBULK_WIDE_OPTIONS -O3 -fno-math-errno -fno-trapping-math CACHE STRING "How hard the compiler works on them")
+set(debulk_simd_options ${DEBULK_WIDE_OPTIONS} -Wno-psabi)
+
+# Headers that nearly all rooms include, parsed once. Not in the build as shipped, which shall need no more than its sources;
+# a compiler cache keeps nothing that was compiled with them.
+option(DEBULK_PRECOMPILED "Precompile the common headers of the rooms" OFF)
+set(debulk_common_headers <Eigen/Core> <algorithm> <cmath> <limits> <string> <vector>)

@@ -21,6 +21,13 @@ Isa best_isa();
 
 }  // namespace debulk
 
+// What every loop calls stands in the loop itself. Under a sanitizer, whose checks would stand there again with each call, it
+// is called: the same checks, and files that compile in half to a quarter of the time.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define DEBULK_INLINE inline
+#define DEBULK_LAMBDA
+#else
 #define DEBULK_INLINE inline __attribute__((always_inline))
 #define DEBULK_LAMBDA __attribute__((always_inline))
+#endif
 #define DEBULK_ON(isa, ...) ((isa) == Isa::v4 ? v4::__VA_ARGS__ : (isa) == Isa::v3 ? v3::__VA_ARGS__ : base::__VA_ARGS__)
