@@ -491,6 +491,15 @@ def despiked(rng, cloud):
     )
 
 
+def noised_again(rng, cloud):
+    """What stands out from a median is set to it, with new noise as strong as what is left around (Hampel)."""
+    z = cloud[..., 2]
+    off = z - median_filter(z, int(rng.choice([9, 15, 21, 31])))
+    noise = 1.4826 * np.median(np.abs(off))
+    filled = z - off + rng.normal(0, noise, z.shape)
+    return np.dstack([cloud[..., :2], np.where(np.abs(off) > rng.uniform(2, 4) * noise, filled, z)])
+
+
 def replaced(rng, cloud):
     """What stands out is taken out, and set to what is around: mean, plane, inpainted by two ways, nearest, opened."""
     z = cloud[..., 2].astype(np.float32)
@@ -698,6 +707,7 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "rows reordered": (plain, reordered, False),
     "despiked": (small, partial(scans, change=despiked, both=False), False),
     "replaced": (small, partial(scans, change=replaced, both=False), False),
+    "noised again": (small, partial(scans, change=noised_again, both=False), False),
     "compressed": (small, partial(scans, change=compressed), False),
     "rows levelled": (plain, levelled, False),
     "no outline": (plain, without_outline(scans), True),
