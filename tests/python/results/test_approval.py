@@ -28,7 +28,7 @@ def test_an_approved_recipe_and_another(tmp_path):
     ("text", "says"),
     [
         *(
-            (one, "expected approvals")
+            (one, "expected approvals as debulk approve writes them")
             for one in ("", "approved = 3\n", "[[approved]]\nname = 1\n", "approved = [3]\n")
         ),
         ("[[approved]\n", "not valid TOML"),
