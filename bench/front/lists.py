@@ -8,7 +8,9 @@ Prints the processor time of preparing the reference and of an inspection: best 
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from statistics import median
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,12 +18,13 @@ import debulk
 import debulk.scenes
 
 _TIMES = 5
+_Made = TypeVar("_Made")
 
 
-def seconds(call: Callable[[], object]) -> float:
+def timed(call: Callable[[], _Made]) -> tuple[float, _Made]:
     began = time.process_time()
-    call()
-    return time.process_time() - began
+    made = call()
+    return time.process_time() - began, made
 
 
 def main() -> None:
@@ -37,10 +40,10 @@ def main() -> None:
     took: dict[str, list[tuple[float, float]]] = {name: [] for name in lists}
     for _ in range(_TIMES):
         for name, (scan, reference) in clouds.items():
-            given = {"ply_outline": layup.ply_outline, "mold_from_scanner": layup.mold_from_scanner}
-            prepare = seconds(lambda reference=reference, given=given: debulk.Inspector(None, reference, **given))
-            inspector = debulk.Inspector(None, reference, **given)
-            took[name].append((prepare, seconds(lambda scan=scan, inspector=inspector: inspector.inspect(scan))))
+            prepare = partial(debulk.Inspector, None, reference, layup.ply_outline)
+            preparing_s, inspector = timed(partial(prepare, mold_from_scanner=layup.mold_from_scanner))
+            inspecting_s, _ = timed(partial(inspector.inspect, scan))
+            took[name].append((preparing_s, inspecting_s))
     print(f"debulk {debulk.__version__}, {width} x {height} points, processor time in s, best and median of {_TIMES}")
     for name, times in took.items():
         columns = "   ".join(f"{min(t):6.2f} {median(t):6.2f}" for t in zip(*times, strict=True))
