@@ -315,6 +315,34 @@ COMMANDS = {
 }
 
 
+INTERRUPTED = """
+import os, signal, sys
+from debulk.results import difference
+
+def report_difference(*_):
+    try:
+        os.kill(os.getpid(), signal.{sign})
+        sum(range(10))
+    except KeyboardInterrupt as error:
+        {then}
+    return []
+
+difference.report_difference = report_difference
+from debulk.cli import main
+sys.argv = ["debulk", "diff", "a.json", "a.json"]
+main()
+"""
+
+
+@pytest.mark.layup
+@pytest.mark.parametrize("sign", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("then", ["raise RuntimeError('as in a class') from error", "pass"], ids=["changed", "lost"])
+def test_an_interrupt_is_no_fault_and_no_result_whatever_a_library_makes_of_it(cell, sign, then):
+    program = [sys.executable, "-c", INTERRUPTED.format(sign=sign, then=then)]
+    done = subprocess.run(program, cwd=cell, capture_output=True, text=True, preexec_fn=interruptible)
+    assert (done.returncode, done.stderr) == (130, f"debulk diff: ended by {sign}\n"), done
+
+
 def interruptible() -> None:
     """Listen to SIGINT, which whatever a shell started in the background ignores, and so this test with it."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -28,9 +28,12 @@ from debulk.cli.loudness import print_json
 from debulk.cli.support import (
     DETAILS,
     EXIT_CODES,
+    INTERRUPTED,
     JSON,
     chain_of,
     check_output,
+    interrupt,
+    interrupts,
     make_folder,
     outcome,
     show,
@@ -61,7 +64,7 @@ def main() -> None:
     cli_tools.answer_shells()
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as for a program behind nohup
-            signal.signal(number, _interrupt)
+            signal.signal(number, interrupt)
     try:
         with outcome():
             try:
@@ -73,6 +76,8 @@ def main() -> None:
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):  # all is done: Python's own end may be cut short
             signal.signal(number, signal.SIG_DFL)
+        if interrupts:  # also where a library took the interrupt for a fault, or lost it
+            sys.exit(INTERRUPTED)
 
 
 def _open_streams() -> None:
@@ -83,12 +88,6 @@ def _open_streams() -> None:
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
-
-
-def _interrupt(number: int, _frame: object) -> None:
-    """Say what is ended, past any stream that was just being written to, and end it."""
-    os.write(2, f"{' '.join(['debulk', *sys.argv[1:2]])}: ended by {signal.Signals(number).name}\n".encode())
-    raise KeyboardInterrupt
 
 
 @app.callback(invoke_without_command=True)

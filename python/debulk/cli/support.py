@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -40,6 +41,15 @@ DETAILS = Annotated[
 
 Progress = Callable[[str, float], None]
 
+interrupts: list[int] = []  # the signals that ended this command
+
+
+def interrupt(number: int, _frame: object) -> None:
+    """Say what is ended, past any stream that was just being written to, and end it."""
+    os.write(2, f"{' '.join(['debulk', *sys.argv[1:2]])}: ended by {signal.Signals(number).name}\n".encode())
+    interrupts.append(number)
+    raise KeyboardInterrupt
+
 
 @contextmanager
 def outcome() -> Iterator[None]:
@@ -62,6 +72,8 @@ def outcome() -> Iterator[None]:
             _forget_output()
             print(f"debulk: {error.filename or 'the output'}: cannot be written: {error.strerror}", file=sys.stderr)
             raise typer.Exit(BAD_INPUT) from None
+        if interrupts:  # which a library took for a fault, as Python 3.11 does where a class is just being made
+            raise typer.Exit(INTERRUPTED) from None
         traceback.print_exc()
         print("debulk: this is a fault of debulk's; please report it", file=sys.stderr)
         raise typer.Exit(FAULT) from None
