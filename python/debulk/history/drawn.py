@@ -73,8 +73,11 @@ def _starts(count: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count, min(count, _COLUMNS) + 1).astype(np.int64)[:-1])
 
 
-def stacked(times: Sequence[str], pockets: dict[str, NDArray[np.int64]]) -> Drawing | None:
-    """Draw the mean number of pockets per layup over time, by verdict; None without any layup."""
+def stacked(times: Sequence[str], verdicts: Sequence[str], pockets: dict[str, NDArray[np.int64]]) -> Drawing | None:
+    """Draw the mean number of pockets per layup over time, by verdict; None without any layup.
+
+    A layup that is INVALID may show no pocket, as a good one does: a stroke below the axis tells them apart.
+    """
     if not times:
         return None
     starts = _starts(len(times))
@@ -94,8 +97,14 @@ def stacked(times: Sequence[str], pockets: dict[str, NDArray[np.int64]]) -> Draw
                     f'<rect class="{verdict.value}" x="{a:.1f}" y="{y:.1f}" width="{b - a:.1f}" height="{height:.1f}"/>'
                 )
         below = below + mean
+    invalid = np.array(verdicts) == Verdict.INVALID.name
+    for column in np.flatnonzero(np.logical_or.reduceat(invalid, starts)).tolist():
+        a, b = frame.x(column + 0.08), frame.x(column + 0.92)
+        parts.append(f'<rect class="invalid" x="{a:.1f}" y="{frame.y(0) + 2:.1f}" width="{b - a:.1f}" height="4"/>')
     each = "is a layup" if sizes.max() == 1 else f"is the mean of {_span(sizes)}"
     note = f"Each bar {each}, in the order in which they were stored."
+    if invalid.any():
+        note += " A stroke below the axis: there a layup is INVALID, whose pockets were not judged, or not even sought."
     return Drawing("Pockets per layup", _WIDTH, _HEIGHT, "".join(parts), note)
 
 

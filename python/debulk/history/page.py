@@ -43,7 +43,7 @@ def page(history: History, search: Search | None = None, baseline: int = 300) ->
         last=max(times, default="")[:10],
         verdicts=[(v, n) for v in Verdict if (n := seen.verdicts.count(v.name))],
         pockets=sum(int(counts.sum()) for counts in seen.pockets.values()),
-        stacked=stacked(seen.times, seen.pockets),
+        stacked=stacked(seen.times, seen.verdicts, seen.pockets),
         maps=[
             place_map("all pockets" if name == "all" else f"pockets that are {name}", grid)
             for name, grid in seen.places.items()

@@ -87,10 +87,8 @@ def _opened(path: Path, write: bool) -> sqlite3.Connection:
 
 
 def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
-    # In this order: somebody who makes the history between the two questions has made it, with its number, as a whole.
-    tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-    application = connection.execute("PRAGMA application_id").fetchone()[0]
-    if not tables and not application and write:
+    application = _whose(connection, write)
+    if application is None and write:
         _make(connection)
         return
     if application != _APPLICATION:
@@ -101,6 +99,23 @@ def _check(connection: sqlite3.Connection, path: Path, write: bool) -> None:
     connection.execute("PRAGMA synchronous = FULL")
     if layout < _LAYOUT:
         _from_first(connection, write)
+
+
+def _whose(connection: sqlite3.Connection, write: bool) -> int | None:
+    """Return the number of the program whose file it is; None: nothing is in it.
+
+    An empty file is one that somebody is just making: a reader waits for it.
+    """
+    last = time.monotonic() + _PATIENCE_S
+    while True:
+        # In this order: who makes the history between the two questions has made it, with its number, as a whole.
+        tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        application: int = connection.execute("PRAGMA application_id").fetchone()[0]
+        if tables or application:
+            return application
+        if write or time.monotonic() > last:
+            return None
+        time.sleep(_PAUSE_S)
 
 
 def _from_first(connection: sqlite3.Connection, write: bool) -> None:

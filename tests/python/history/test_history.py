@@ -9,6 +9,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Timer
 
 import pyarrow.parquet
 import pytest
@@ -146,6 +147,18 @@ def test_a_history_that_several_begin_at_once_is_theirs(tmp_path):
     with ThreadPoolExecutor(8) as pool:
         for k in range(40):
             list(pool.map(begin, [tmp_path / f"{k}.sqlite"] * 8))
+
+
+def test_a_reader_waits_for_a_history_that_somebody_just_makes(tmp_path):
+    path = tmp_path / "cell.sqlite"
+    maker, begun = History(path), sqlite3.connect(path)
+    begun.execute("PRAGMA journal_mode = WAL")  # the first step of whoever makes one: a file without a table
+    begun.close()
+    making = Timer(0.2, maker.add, (Report(verdict=Verdict.INVALID, reason="", pockets=()),))
+    making.start()
+    assert all(row.record == 1 for row in History(path).find())
+    making.join()
+    assert len(History(path).find()) == 1
 
 
 def test_the_word_of_an_operator_is_kept(history):

@@ -71,6 +71,16 @@ def test_the_confusion_matrix_and_its_rates(history, html, report):
     assert "3 layups, 2026-03-01" in text and f"{len(report.pockets):.1f}" in text
 
 
+def test_a_layup_that_is_invalid_leaves_no_empty_place(tmp_path):
+    there = History(tmp_path / "cell.sqlite")
+    for verdict in (Verdict.CEASE, Verdict.INVALID, Verdict.CEASE):
+        there.add(Report(verdict=verdict, reason="", pockets=()))
+    figure = page(there).split("<h2>Pockets over time</h2>")[1].split("</figure>")[0]
+    (stroke,) = re.findall(r'<rect class="invalid" x="([\d.]+)"', figure)
+    assert 272 < float(stroke) < 492  # the second of three columns
+    assert "INVALID" in figure
+
+
 def test_an_empty_history_and_a_search_without_a_find(history, tmp_path):
     from debulk.history.search import Search
 
