@@ -87,7 +87,7 @@ def get(
     for path in output:
         check_output(path, *ENDINGS)
     there = History(_there(history))
-    found = there.report(record) if there.kind(record) == "report" else there.comparison(record)
+    found = there.comparison(record) if there.kind(record) == "comparison" else there.report(record)
     for path in output:
         found.save(path)
         print(f"written: {path}")
@@ -201,16 +201,17 @@ def calibrate(
     settings = Recipe() if recipe is None else Recipe.load(recipe)
     ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
     found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
-    if output is not None:
-        if not found.limit_mm > 0:
-            raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
+    worth = found.limit_mm > 0
+    if output is not None and worth:
         write_text(output, found.proposed(settings).to_toml())
     if as_json:
         print_json(json_of(found))
-        return
-    print(text(found))
-    if output is not None:
-        print(f"written: {output}")
+    else:
+        print(text(found))
+        if output is not None and worth:
+            print(f"written: {output}")
+    if output is not None and not worth:
+        raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
 
 
 def _there(path: Path) -> Path:

@@ -9,8 +9,10 @@ import contextlib
 import dataclasses
 import functools
 import inspect
+import json
 import logging
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -95,5 +97,9 @@ def _said(quiet: bool, verbose: bool) -> Iterator[None]:
 def print_json(text: str) -> None:
     """Print what --json promises: alone on stdout, even where the command is quiet."""
     stdout = loudness().stdout
+    try:
+        text.encode(stdout.encoding)
+    except UnicodeEncodeError:  # by the escapes of JSON, not by those of the stream
+        text = re.sub(r"[^\x00-\x7f]", lambda one: json.dumps(one[0])[1:-1], text)
     stdout.write(text.rstrip("\n") + "\n")
     stdout.flush()

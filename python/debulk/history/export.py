@@ -72,7 +72,7 @@ def export(history: History, path: str | PathLike[str], table: str = "layup", se
 
 
 def _rows(connection: sqlite3.Connection, table: str, search: Search) -> list[tuple[Any, ...]]:
-    where, values = search.where()
+    where, values = search.where(connection)
     names, owner = ", ".join(columns(TABLES[table])), _OWNER.get(table, "record")
     wanted = f"SELECT record FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
     query = f"SELECT {names} FROM {table} WHERE {owner} IN ({wanted}) ORDER BY record, rowid"

@@ -57,7 +57,7 @@ def overview(connection: sqlite3.Connection, search: Search) -> Overview:
     """Read the figures of the layups that fit a search."""
     connection.execute("PRAGMA temp_store = MEMORY")
     connection.execute("CREATE TEMP TABLE wanted (record INTEGER PRIMARY KEY)")
-    where, values = search.where()
+    where, values = search.where(connection)
     newest = f"SELECT record FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
     connection.execute(f"INSERT INTO wanted {newest}", (*values, search.limit))
     every = connection.execute("SELECT count(*) FROM layup").fetchone()

@@ -10,6 +10,7 @@ from typing import Any
 
 from debulk._core import InputError
 from debulk.history.rows import LayupRow, columns
+from debulk.results.check_texts import CHECK_TEXTS
 from debulk.verdict import Verdict
 
 # Times are compared as text, so others than the start of a record's, 2026-11-27T02:59:44+00:00, would find nothing.
@@ -51,8 +52,12 @@ class Search:
         if self.limit < 1:
             raise InputError(f"limit: expected at least 1, got {self.limit!r}")
 
-    def where(self) -> tuple[str, list[Any]]:
-        """Return the condition on the table `layup`, and its values."""
+    def where(self, connection: sqlite3.Connection) -> tuple[str, list[Any]]:
+        """Return the condition on the table `layup`, and its values; a check that nobody knows is an `InputError`."""
+        if self.check is not None and self.check not in (known := [text.name for text in CHECK_TEXTS]):
+            there = "SELECT 1 FROM cause WHERE name = ? LIMIT 1"  # of an earlier debulk
+            if connection.execute(there, (self.check,)).fetchone() is None:
+                raise InputError(f"check: expected the name of a check: {', '.join(known)}, got {self.check!r}")
         conditions, values = list[str](), list[Any]()
         verdict = None if self.verdict is None else self.verdict.upper()
         for condition, value in (
@@ -78,7 +83,7 @@ class Search:
 
 def found(connection: sqlite3.Connection, search: Search) -> list[LayupRow]:
     """Return the layups that fit, the newest first."""
-    where, values = search.where()
+    where, values = search.where(connection)
     names = ", ".join(columns(LayupRow))
     query = f"SELECT {names} FROM layup WHERE {where} ORDER BY record DESC LIMIT ?"
     return [LayupRow(*row) for row in connection.execute(query, (*values, search.limit))]

@@ -30,6 +30,7 @@ from debulk.results.trace import now_utc
 _OUTCOME = "debulk outcome"
 _FAST = 1  # level of compression: a record is stored while a cell waits
 _SAYS = ("CEASE", "CREASE")
+_A = {"report": "a report", "comparison": "a comparison", "outcome": "an operator's outcome: export the table outcome"}
 _SAME = ("time_utc", "scan", "recipe", "part", "ply")  # of one inspection
 
 
@@ -263,7 +264,7 @@ class History:
 
     def _body(self, record: int, kind: str) -> bytes:
         if (other := self.kind(record)) != kind:
-            raise InputError(f"{self.path}: expected record {record} to be a {kind}, but it is a {other}")
+            raise InputError(f"{self.path}: expected record {record} to be a {kind}, but it is {_A[other]}")
         with connected(self.path) as connection:
             row = connection.execute("SELECT text FROM body WHERE number = ?", (record,)).fetchone()
         try:

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from debulk import InputError, files
 from debulk.cli import app
+from debulk.history import History
 from debulk.net import Draping
 from debulk.recipe import Recipe
 from debulk.report import Report
@@ -335,6 +336,24 @@ def test_the_console_script_runs():
     )  # fmt: skip
     assert result.returncode == 2
     assert result.stderr.startswith("debulk: no.pcd: cannot be read") and result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8:strict"])
+def test_a_character_that_the_stream_lacks_costs_nothing(tmp_path, encoding):
+    """Half a character comes from the name of a file of another locale; JSON has escapes of its own."""
+    there = History(tmp_path / "cell.sqlite")
+    there.add(Report(verdict=Verdict.CREASE, reason="90° Δx \N{GRINNING FACE}", pockets=()))
+
+    def said(words, *more):
+        call = [sys.executable, "-m", "debulk", "history", words, str(there.path), *more]
+        environment = os.environ | {"PYTHONIOENCODING": encoding}
+        done = subprocess.run(call, capture_output=True, env=environment, timeout=60)
+        assert (done.returncode, done.stderr) == (0, b"")
+        return done.stdout
+
+    assert b"CREASE" in said("list")
+    assert json.loads(said("list", "--json"))[0]["reason"] == there.find()[0].reason
+    assert b"\\udcf6.csv, 1 rows" in said("export", "-o", f"{tmp_path}/\udcf6.csv")
 
 
 @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])

@@ -13,8 +13,10 @@ from threading import Timer
 
 import pyarrow.parquet
 import pytest
+from typer.testing import CliRunner
 
 from debulk import InputError, Report, Verdict
+from debulk.cli import app
 from debulk.comparison import Comparison
 from debulk.history import History
 from debulk.history.export import export
@@ -69,6 +71,7 @@ def history(made, tmp_path):
         ({"verdict": "undecided"}, [2]),
         ({"check": "holes"}, [3, 2, 1]),
         ({"check": "coverage"}, [2]),
+        ({"check": "chain"}, []),
         ({"near_mm": (330, 260), "within_mm": 20}, [3, 1]),
         ({"near_mm": (330, 260), "within_mm": 20, "part": "B"}, [3]),
         ({"near_mm": (30, 30), "within_mm": 20}, []),
@@ -85,6 +88,7 @@ def test_layups_are_found(history, wanted, records):
     "wanted",
     [
         {"verdict": "good"},
+        {"check": "cover"},
         {"within_mm": 0},
         {"limit": 0},
         {"near_mm": (330, float("nan"))},
@@ -161,11 +165,18 @@ def test_a_reader_waits_for_a_history_that_somebody_just_makes(tmp_path):
     assert len(History(path).find()) == 1
 
 
+def test_a_check_of_an_earlier_debulk_is_found(history):
+    change(history, "UPDATE cause SET name = 'seen' WHERE name = 'coverage'")
+    assert [row.record for row in history.find(check="seen")] == [2]
+
+
 def test_the_word_of_an_operator_is_kept(history):
     assert history.add_outcome(1, 3, "crease", by="A. Smith", note="seen under light") == 4
     for wrong, message in (((1, 99, "crease"), "no pocket 99 in record 1"), ((1, 3, "good"), "measured: expected")):
         with pytest.raises(InputError, match=message):
             history.add_outcome(*wrong)
+    got = CliRunner().invoke(app, ["history", "get", str(history.path), "4", "-o", "x.html"])
+    assert "expected record 4 to be a report, but it is an operator's outcome" in got.stderr
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
