@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from debulk import Recipe
-from debulk.inspection.evidence.ply_zones import Blocks
+from debulk.inspection.evidence.ply_zones import Blocks, PlyZones
+from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place import level
-from debulk.inspection.place.level_reason import level_reason, same_reason, stale_reason
+from debulk.inspection.place.level_reason import few_squares_reason, level_reason, same_reason, stale_reason
 
 pytestmark = pytest.mark.unit
 
@@ -325,3 +326,39 @@ def test_what_stands_off_widely_is_shown_where_it_is_surely_highest():
     found = level.deviation(replace(blocks, height_mm=height, error_mm=error), THICKNESS_MM, THICKNESS_MM)
     said = level_reason(level.level_of(found, 0.3, 0.1), found, Recipe()).text
     assert "or the ply stands off the mold widely, by 1.09 mm at (290, 90) mm" in said
+
+
+def asked(side_mm, pitch_mm=2.0, seen=1.0, outlined=True):
+    """The reason of a square ply, alone in a scan of 600 mm whose first rows alone were seen, without its squares."""
+    half = 0.5 * side_mm
+    outline = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    zones = PlyZones(outline if outlined else None, np.array([-300.0, -300.0]), np.array([300.0, 300.0]))
+    x, y = (v.ravel() for v in np.meshgrid(*2 * [np.arange(-300.0, 300.0, pitch_mm)]))
+    height = np.where(y <= -half + seen * side_mm, 0.3, np.nan)
+    sample = Sample(np.column_stack([x, y, height]), height, 1, np.zeros(len(x), bool))
+    return few_squares_reason(zones, sample, zones.inside(sample), share=0.034, outlined=outlined)
+
+
+@pytest.mark.parametrize(
+    ("scene", "what", "do"),
+    [
+        ({"side_mm": 400}, "pockets with their feet leave only 3.4 % of the ply between them", "lay it down and"),
+        ({"side_mm": 400, "seen": 0.7}, "between the pockets only 3.4 % of it was seen by scan and", "check that the"),
+        ({"side_mm": 400, "outlined": False}, "between the pockets only 3.4 % of it was seen by", "check that the out"),
+        ({"side_mm": 15}, "between the pockets only 3.4 % of it was seen by scan", "check that the outline, the scan"),
+        (
+            {"side_mm": 40},
+            "the ply is too small, only 4 squares of 10 mm lie 10 mm inside its outline, and 6 are needed",
+            "check that the outline is in mm",
+        ),
+        (
+            {"side_mm": 100, "pitch_mm": 6.0},
+            "the ply is a small part of the scan, only 169 of the 10000 points that are looked at for it lie well",
+            "crop scan and reference to the ply and 50 mm round it",
+        ),
+    ],
+)
+def test_a_ply_without_squares_is_told_why(scene, what, do):
+    said = asked(**scene)
+    assert said.text.startswith(f"the level of the ply cannot be determined: {what}")
+    assert said.remedy.startswith(do) and said.text.endswith(said.remedy)
