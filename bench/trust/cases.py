@@ -13,6 +13,7 @@ from debulk import InputError, inspect, scenes
 from debulk.recipe import Recipe
 from debulk.verdict import Verdict
 from lab.varied import MISTAKES, Given, Mistake, given_right, varied_layup
+from lab.varied.bridges import highest_mm
 from lab.varied.polygons import inside
 
 MARGIN_MM = 0.1
@@ -86,6 +87,7 @@ class Outcome:
     passed: bool
     true_ridge_mm: float
     true_kinds: str  # kinds of the pocket with that ridge
+    true_bridge_mm: float  # the highest of a ply of the second family, if no ridge exceeds the limit; else 0
     good: bool  # nothing is wrong with the layup, all of it was seen, and the ply is laid on the mold
     blind: bool  # the case has a mistake with which nothing may pass
     missed: int  # number of creasing pockets that no pocket of the report, other than closing ones, covers
@@ -95,8 +97,13 @@ class Outcome:
 
     @property
     def creases(self) -> bool:
-        """Return whether a pocket's true ridge exceeds the limit by the margin."""
-        return self.true_ridge_mm > Recipe().verdict.max_ridge_mm + MARGIN_MM
+        """Return whether a pocket's true ridge, or the true bridge, exceeds the limit by the margin."""
+        return self.true_mm > Recipe().verdict.max_ridge_mm + MARGIN_MM
+
+    @property
+    def true_mm(self) -> float:
+        """Height of what truly remains: a ridge, or the bridge of a ply that is too short."""
+        return max(self.true_ridge_mm, self.true_bridge_mm)
 
     @property
     def false_cease(self) -> bool:
@@ -115,8 +122,8 @@ class Outcome:
 
     @property
     def closes(self) -> bool:
-        """Return whether nothing is wrong and every held excess stays clear of the limit."""
-        return self.good and self.true_ridge_mm < Recipe().verdict.max_ridge_mm - MARGIN_MM
+        """Return whether nothing is wrong, and every held excess and every bridge stay clear of the limit."""
+        return self.good and self.true_mm < Recipe().verdict.max_ridge_mm - MARGIN_MM
 
     @property
     def false_crease(self) -> bool:
@@ -143,6 +150,7 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
         passed=False,
         true_ridge_mm=round(worst.ridge_mm, 3),
         true_kinds=worst.kinds,
+        true_bridge_mm=_bridge_mm(layup, worst.ridge_mm) if varied else 0.0,
         good=case.mistake is None and (not varied or (_all_seen(layup) and _loose_share(layup) <= LOOSE_SHARE)),
         blind=case.mistake is not None and case.mistake.blind,
         missed=0,
@@ -175,6 +183,12 @@ def run(case: Case, pixels: tuple[int, int]) -> Outcome:
             outcome.missed = _missed(standing, report)
     outcome.seconds = round(time.process_time() - began, 2)
     return outcome
+
+
+def _bridge_mm(layup: Any, ridge_mm: float) -> float:
+    """Return the true bridge where it matters: where no ridge creases by itself."""
+    recipe = Recipe()
+    return 0.0 if ridge_mm > recipe.verdict.max_ridge_mm + MARGIN_MM else round(highest_mm(layup, recipe), 3)
 
 
 def _all_seen(layup: Any) -> bool:

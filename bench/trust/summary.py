@@ -30,8 +30,8 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
     creasing = [o for o in outcomes if o.creases]
     lines = [
         f"{len(outcomes)} scenes (seed {seed}, {pixels}), {sum(o.family == 'varied' for o in outcomes)} of the second "
-        f"family, {len(spoiled)} with a mistake; a pocket creases whose true excess ridge exceeds {limit:g} mm by "
-        f"{MARGIN_MM:g} mm",
+        f"family, {len(spoiled)} with a mistake; a layup creases if a true excess ridge or bridge exceeds "
+        f"{limit:g} mm by {MARGIN_MM:g} mm",
         "",
         f"false CEASE (passed, though a pocket creases)        "
         f"{sum(o.false_cease for o in outcomes):5} of {len(creasing)}",
@@ -42,7 +42,7 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         f"creasing pockets not found, or said to close         {sum(o.missed for o in unspoiled):5} (layups without a "
         f"mistake; whatever the layup's verdict)",
         f"false alarms (INVALID or refused, nothing wrong)     {sum(o.false_alarm for o in outcomes):5} of {len(good)}",
-        f"CREASE, nothing wrong and no held excess near limit  "
+        f"CREASE, nothing wrong, no ridge or bridge near limit "
         f"{sum(o.false_crease for o in outcomes):5} of {sum(o.closes for o in outcomes)}",
         f"exceptions other than InputError                     {sum(said(o) == 'other error' for o in outcomes):5}",
         f"crashes                                              {sum(o.said == 'crash' for o in outcomes):5}",
@@ -70,7 +70,7 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
     ):
         for o in wrong:
             place = f"{o.mistake or 'right'}{' ' + o.note if o.note else ''}, {o.family} {o.layup_seed} on {o.mold}"
-            truth = f"ridge {o.true_ridge_mm:.2f} ({o.true_kinds})"
+            truth = f"ridge {o.true_ridge_mm:.2f} ({o.true_kinds}), bridge {o.true_bridge_mm:.2f}"
             lines.append(f"{what:13}{o.number:5}  {place}: {truth}, said {o.said}: {o.reason}"[:230])
     return "\n".join(line.rstrip() for line in lines) + "\n"
 

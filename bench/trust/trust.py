@@ -73,6 +73,7 @@ def _lost(case: Case, said: str, reason: str) -> Outcome:
         False,
         nan,
         "",
+        nan,
         False,
         blind,
         0,

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.recipe import Recipe
+from lab.varied.regions import label_regions
 from lab.varied.scanning import VariedLayup
 
 Floats = NDArray[np.float64]
@@ -28,6 +29,7 @@ AROUND_MM = 40.0  # width of laid ply round a pocket that may come off the mold 
 LAID_MM = 0.03  # ply lower than this lies on the mold
 SHORT_MM = 0.005  # a fibre counts as too short if it is shorter than the mold by more than this
 RADII_MM = (1.0, 1e5)
+_CELL = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])  # half of one, round a box of cells
 FAR_MM = 1500.0
 
 
@@ -80,6 +82,19 @@ def solved(s: Floats, z: Floats, short_mm: float) -> float:
     return high
 
 
+def highest_mm(layup: VariedLayup, recipe: Recipe) -> float:
+    """Return the height of the highest bridge anywhere on a ply, found without any report; 0: it bridges nothing."""
+    truth = layup.truth
+
+    def height(x: Floats, y: Floats) -> Floats:
+        return truth.ply_height_above_mold(np.stack([x, y], axis=-1))
+
+    feet = label_regions(height, layup.ply_outline, truth.thickness_mm + LAID_MM)
+    boxes = (feet.box(label) for label in range(1, int(feet.values.max()) + 1))
+    around = (np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) + _CELL for x0, y0, x1, y1 in boxes)
+    return max((one.bridge_mm for foot in around for one in sections(layup, foot, recipe)), default=0.0)
+
+
 def sections(layup: VariedLayup, foot: Floats, recipe: Recipe) -> list[Section]:
     """Return all fibres over a pocket with this foot, (M, 2) mm, that are too short."""
     centre = 0.5 * (foot.min(axis=0) + foot.max(axis=0))
@@ -100,8 +115,9 @@ def sections(layup: VariedLayup, foot: Floats, recipe: Recipe) -> list[Section]:
             if lacks > SHORT_MM:
                 first, last = np.flatnonzero(up)[[0, -1]]
                 ways = [_way_to_edge(layup, xy[k], sign * along) for k, sign in ((first, -1), (last, 1))]
-                radius, held = solved(s, mold, lacks), recipe.material.friction * min(ways)
-                short.append(Section(lacks, radius, held, _stands(s, mold, min(radius, held), recipe)))
+                on = _on_ply(layup, xy, first, last)  # no string goes on beside the ply
+                radius, held = solved(s[on], mold[on], lacks), recipe.material.friction * min(ways)
+                short.append(Section(lacks, radius, held, _stands(s[on], mold[on], min(radius, held), recipe)))
     return short
 
 
@@ -115,6 +131,12 @@ def _over(up: NDArray[np.bool_], foot: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return those pieces of a fibre that stand off the mold and reach over the foot."""
     pieces = np.cumsum(np.diff(up, prepend=False))
     return up & np.isin(pieces, pieces[up & foot])
+
+
+def _on_ply(layup: VariedLayup, xy: Floats, first: int, last: int) -> slice:
+    """Return the points of a section that the ply reaches from its first to its last one off the mold."""
+    off = np.flatnonzero(~pocket.inside(layup.ply_outline, xy))
+    return slice(max(off[off < first] + 1, default=0), min(off[off > last], default=len(xy)))
 
 
 def _way_to_edge(layup: VariedLayup, start: Floats, along: Floats) -> float:
