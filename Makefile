@@ -40,10 +40,12 @@ test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and 
 	@rm -f build/layers.txt
 	$(layer) 'C++ tests' 'ctest --test-dir build/test --output-on-failure -j 2'
 	$(layer) 'Python tests' '$(python) -m pytest -q -n 2 --dist worksteal tests/python'
-	$(layer) 'doctests' '$(python) -m pytest -q --doctest-modules --pyargs debulk lab' \
-		'pages' '$(pages)' 'style and types' '$(lint)'
 	$(layer) 'from C++ alone' 'cmake/test_cpp_package.sh build/test'
-	$(layer) 'oldest and newest versions' 'cmake/test_versions.sh $(python) build/test'
+	$(layer) 'newest versions' 'cmake/test_versions.sh $(python) build/test newest' \
+		'oldest versions' 'cmake/test_versions.sh $(python) build/test oldest' \
+		'style and types' '$(lint)' \
+		'doctests' '$(python) -m pytest -q --doctest-modules --pyargs debulk lab' \
+		'pages' '$(pages)'
 	@echo 'debulk: how long each layer took'; cat build/layers.txt
 
 # What takes longest in C++ is left to `make test`; in Python the marker "slow" says so (tests/python/layers.py).
@@ -57,7 +59,7 @@ quick: $(stamps)/tests ## Run the unit tests only, C++ and Python: a minute on t
 
 .PHONY: versions
 versions: $(stamps)/tests ## Try the oldest and the newest Python and packages that pyproject.toml allows
-	cmake/test_versions.sh $(python) build/test
+	cmake/test_versions.sh $(python) build/test oldest newest
 
 .PHONY: lint
 lint: $(stamps)/tools $(stamps)/package ## Check style and types

@@ -3,7 +3,8 @@
 #
 #   cmake/layer.sh NAME COMMAND [NAME COMMAND ...]
 #
-# Several run side by side, for those that use one core only; then each one's output is shown when it ends.
+# Several run two at a time, each on one core or waiting for others. Each one's output is shown when it ends, and all run, also
+# when one fails.
 set -uo pipefail
 mkdir -p build
 times=build/layers.txt
@@ -21,16 +22,6 @@ if [ $# -eq 2 ]; then
     one "$1" "$2"
     exit
 fi
-said=$(mktemp -d)
-trap 'rm -rf "$said"' EXIT
-jobs=() status=0
-for ((k = 0; $# > 0; k++)); do
-    one "$1" "$2" >"$said/$k" 2>&1 &
-    jobs+=($!)
-    shift 2
-done
-for k in "${!jobs[@]}"; do
-    wait "${jobs[$k]}" || status=$?
-    cat "$said/$k"
-done
-exit $status
+# xargs would start no more after a status of 255.
+printf '%s\0' "$@" | xargs -0 -n 2 -P 2 bash -c 'said=$("$0" "$@" 2>&1); status=$?
+    flock "$0" cat <<<"$said"; exit $((status != 0))' "$0"

@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
-# Tries debulk on the oldest and on the newest of everything that pyproject.toml allows.
+# Tries debulk on the oldest or on the newest of everything that pyproject.toml allows.
 #
-#   cmake/test_versions.sh PYTHON BUILD
+#   cmake/test_versions.sh PYTHON BUILD oldest|newest ...
 #
 # BUILD holds a finished build for PYTHON; its rooms, which know nothing of Python, are linked into the other versions'
-# modules. A CPython that this machine lacks is left out, in a sentence: it is looked for on the PATH and in pyenv.
+# modules. A CPython that this machine lacks is left out, in a sentence: it is looked for on the PATH and in pyenv. Both may run
+# at once.
 set -euo pipefail
 
-python=${1:?usage: test_versions.sh PYTHON BUILD}
-build=$(realpath "${2:?usage: test_versions.sh PYTHON BUILD}")
+python=${1:?usage: test_versions.sh PYTHON BUILD oldest|newest ...}
+build=$(realpath "${2:?usage: test_versions.sh PYTHON BUILD oldest|newest ...}")
 work=build/versions
 # Fast, and between them in every part of the package: numbers, text, pages, files, the command line, threads.
 tests=(tests/python/test_arrays.py tests/python/test_import.py tests/python/test_processes.py tests/python/test_pickling.py
@@ -44,8 +45,9 @@ wheel_for() { # PYTHON_OF_THE_VERSION VERSION
     rm -rf "$wheels"
     here=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
     if [ "$here" = "$2" ]; then # nothing is compiled
-        "$python" -m pip wheel --no-build-isolation --no-deps --wheel-dir "$wheels" --config-settings=build-dir="$build" .
+        flock "$build" "$python" -m pip wheel --no-build-isolation --no-deps --wheel-dir "$wheels" --config-settings=build-dir="$build" .
     else # only the bindings are
+        flock "$build" cmake --install "$build" --prefix "$work/rooms" --component cpp >"$work/rooms.log"
         required build newest >"$work/$2/build.txt"
         "$1" -m pip install -r "$work/$2/build.txt"
         "$1" -m pip wheel --no-build-isolation --no-deps --wheel-dir "$wheels" --config-settings=build-dir="$work/$2/build" \
@@ -76,7 +78,11 @@ try() { # VERSION oldest|newest
     "$venv/bin/python" -m pytest -q -p no:cacheprovider "${tests[@]}"
 }
 
-mkdir -p "$work"
-cmake --install "$build" --prefix "$work/rooms" --component cpp >"$work/rooms.log"
-try 3.11 oldest
-try 3.13 newest
+shift 2
+for edge in "$@"; do
+    case $edge in
+        oldest) try 3.11 oldest ;;
+        newest) try 3.13 newest ;;
+        *) say "$edge is neither oldest nor newest" >&2; exit 2 ;;
+    esac
+done
