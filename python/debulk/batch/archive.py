@@ -75,7 +75,14 @@ def layups(archive: str | PathLike[str]) -> list[Layup]:
     ('A-17', '')
     """
     archive = Path(archive)
-    found = [_read(path, archive) for path in sorted(archive.rglob(NAME))]
+    found, wrong = list[Layup](), list[str]()
+    for path in sorted(archive.rglob(NAME)):
+        try:
+            found.append(_read(path, archive))
+        except InputError as error:
+            wrong.append(str(error))
+    if wrong:  # all of them, so that they are mended at once
+        raise InputError("\n".join(wrong))
     if not found:
         raise InputError(f"{archive}: expected folders with a file {NAME}, found none")
     by_key: dict[tuple[str, str], Layup] = {}

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 # Entries that differ between two runs on the same data: times, and where and when they ran.
 _OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}
+_MAPS = ("height_map", "excess_map", "shear_map")  # which a history leaves out
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class Repetition:
     """The new report."""
     differences: tuple[str, ...]
     """Names of the values that are not the same to the last bit, like ``"pockets[2].rms_mm"``; times are not
-    compared."""
+    compared, nor are maps that the report was kept without, as in a history."""
     unchecked: tuple[str, ...] = ()
     """Which of scan, reference and mask could be compared by their shape only, because the record has no
     fingerprint of them."""
@@ -120,7 +121,9 @@ def repeat(
     if report.later is None and any(one.unsolved for one in report.pockets):  # a record of what decided, as a history's
         again = again.as_decided()
     unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
-    return Repetition(again, tuple(_differences(report.to_dict(), again.to_dict())), tuple(unchecked))
+    before, after = report.to_dict(), again.to_dict()
+    after.update({name: None for name in _MAPS if before[name] is None})
+    return Repetition(again, tuple(_differences(before, after)), tuple(unchecked))
 
 
 def _check_chain(chain: Chain | None, report: Report) -> None:

@@ -136,6 +136,14 @@ def test_a_wrong_description_is_named(tmp_path, text, says):
         layups(tmp_path)
 
 
+def test_wrong_descriptions_are_all_named_at_once(tmp_path):
+    for name in ("a", "b", "c"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "layup.toml").write_text('scan = "s"\nreference = "r"' if name == "b" else "scan =")
+    done = CliRunner().invoke(app, ["batch", str(tmp_path), "--history", str(tmp_path / "h.sqlite")])
+    assert (done.exit_code, done.stderr.count("layup.toml"), done.stderr.count("\n")) == (2, 2, 1), done.stderr
+
+
 def test_an_archive_without_layups_or_with_one_twice_is_refused(tmp_path):
     with pytest.raises(debulk.InputError, match="found none"):
         layups(tmp_path)

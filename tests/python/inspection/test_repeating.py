@@ -48,6 +48,19 @@ def test_the_same_files_give_the_same_to_the_bit(kept):
     assert again.report.trace.context == {"part": "A-17"}
 
 
+def test_a_record_of_a_history_gives_the_same(tmp_path):
+    """A history leaves out maps, and of what an inspector keeps there the nets that decided nothing, too."""
+    layup = debulk.scenes.layup(seed=5, pixels=(448, 336))
+    there, whole = (debulk.history.History(tmp_path / name) for name in ("cell.sqlite", "whole.sqlite"))
+    inspector = debulk.Inspector(
+        None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner, history=there
+    )
+    whole.add(inspector.inspect(layup.scan))
+    for history in (there, whole):
+        again = repeat(history.report(1), layup.scan, layup.reference)
+        assert again.same and again.report.height_map is not None, again.differences
+
+
 def test_a_figure_that_differs_is_named(kept):
     report, *clouds = loaded(kept)
     first = report.pockets[0]
