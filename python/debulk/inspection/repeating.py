@@ -121,7 +121,7 @@ def repeat(
     if report.later is None and any(one.unsolved for one in report.pockets):  # a record of what decided, as a history's
         again = again.as_decided()
     unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
-    before, after = report.to_dict(), again.to_dict()
+    before, after = report.to_dict(), dict(again.to_dict())
     after.update({name: None for name in _MAPS if before[name] is None})
     return Repetition(again, tuple(_differences(before, after)), tuple(unchecked))
 
