@@ -20,6 +20,10 @@ std::string percent(double share) {
   return number(100 * share, 1) + " %";
 }
 
+// mm; the largest limit that a recipe takes. What filters may have taken from sparse points grows beyond all bounds, and an
+// upper end above this says no more than that.
+constexpr double kMostSaid = 10.0;
+
 // One figure that is judged: its name, range, limit and margin.
 struct Figure {
   const char* name;
@@ -35,6 +39,7 @@ struct Figure {
   std::string value() const {
     const std::string low = number(range.low, decimals()), high = number(range.high, decimals());
     std::string text = std::string(name) + " ";
+    if (range.low <= kMostSaid && range.high > kMostSaid) return text + low + " mm or more (nothing bounds it)";
     if (low != high) text += low + " to ";
     return text + high + " mm";
   }

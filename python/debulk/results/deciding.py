@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from debulk.results.number import number
+from debulk.results.number import span
 
 if TYPE_CHECKING:
     from debulk.results.report import PocketReport
@@ -29,8 +29,8 @@ class DecidingRidge(NamedTuple):
     @property
     def spread(self) -> str:
         """The range in words; empty if it is a single figure when rounded."""
-        low, high = (number(value, 2) for value in self.range_mm)
-        return "" if low == high else f"({low} to {high})"
+        ends = span(self.range_mm)
+        return f"({ends})" if " " in ends else ""
 
     def margin_mm(self, limit_mm: float | None) -> float | None:
         """Return by how much the upper end is below a limit, negative above it; None without a limit."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+MOST_SAID_MM = 10.0
+"""The largest limit that a recipe takes: an upper end above it says no more than that nothing bounds the height."""
+
 
 def number(value: float | None, digits: int) -> str:
     """Return a figure with the given number of decimals, or a dash if there is none.
@@ -20,8 +23,10 @@ def span(ends: tuple[float, float]) -> str:
 
     Examples
     --------
-    >>> span((0.2, 0.5)), span((0.201, 0.204))
-    ('0.20 to 0.50', '0.20')
+    >>> span((0.2, 0.5)), span((0.201, 0.204)), span((0.2, 5358.26))
+    ('0.20 to 0.50', '0.20', '0.20 or more')
     """
-    low, high = (f"{height:.2f}" for height in ends)
+    low, high = (number(height, 2) for height in ends)
+    if ends[0] <= MOST_SAID_MM < ends[1]:
+        return f"{low} or more"
     return low if low == high else f"{low} to {high}"

@@ -119,3 +119,20 @@ def test_points_are_moved_to_the_middle_of_their_pixel_along_the_slope():
     x, y, z = laid.heights[inner].T.astype(float)
     assert np.std(z - 0.2 * x + 0.1 * y) < 0.3 * np.std(laid.points[inner][:, 2] - 0.2 * x + 0.1 * y)
     assert laid_out(points, None, flat, np.array([[90.0, 90.0], [99.0, 99.0]]), 1.0, 1) is None
+
+
+def test_an_upper_end_that_bounds_nothing_is_said_in_words():
+    """Where one point in twenty is left on flat ply, its distance to the next is half of the bell's width."""
+    scan = image(20.0, 3.0)
+    near = np.hypot(X - 10.3, Y - 5.7) < 15
+    report = inspector().inspect(loose(scan[near | (np.random.default_rng(1).random(X.shape) < 1 / 20)]))
+    assert report.verdict is Verdict.UNDECIDED
+    assert report.pockets[0].excess.range_mm[1] > 1000
+    assert "0.00 mm or more (nothing bounds it)" in report.reason
+    assert report.pockets[0].deciding_ridge.spread == "(0.00 or more)"
+    said = [
+        report.reason,
+        *(one.reason for one in report.pockets),
+        *(f"{one.why} {one.bound}" for one in report.left_out),
+    ]
+    assert not re.findall(r"\d{3,}\.\d+ mm", " ".join(said))

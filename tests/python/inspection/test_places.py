@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -238,3 +239,10 @@ def test_a_loose_border_ceases(seed):
     )
     report = inspector.inspect(given.scan)
     assert report.verdict is Verdict.CEASE, report.reason
+
+
+def test_what_nothing_bounds_is_said_in_words():
+    runs = SimpleNamespace(high_mm=np.array([2e3]), uncertainty_mm=np.array([0.1]))
+    assert "nothing bounds" in places._longest(runs, Recipe())
+    runs.high_mm[0] = 2.0
+    assert "up to 2.10 mm longer" in places._longest(runs, Recipe())

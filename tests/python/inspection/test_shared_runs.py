@@ -1,6 +1,7 @@
 """Pockets close to each other along a fibre are not passed one by one for what one fold may draw together."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import debulk
 import laid_ply
 from debulk import Recipe, Verdict
+from debulk.inspection.checks import shared_runs
 from debulk.inspection.ply.fibre_runs import friction_length
 from lab.varied import varied_layup
 
@@ -189,3 +191,11 @@ def test_a_field_of_low_bumps_is_undecided():
     report = bumps_in_field(places)
     assert report.verdict is Verdict.UNDECIDED
     assert any("where no pocket is" in one.reason for one in report.findings)
+
+
+def test_what_nothing_bounds_is_said_in_words():
+    ply = SimpleNamespace(recipe=Recipe())
+    assert shared_runs._reason("it", 2e3, 1e3, ply).startswith(
+        "nothing bounds how much longer than the mold a fibre over it"
+    )
+    assert shared_runs._reason("it", 2.0, 1.13, ply).startswith("a fibre over it is up to 2.00 mm longer")
