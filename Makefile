@@ -36,14 +36,14 @@ demo: setup ## Set everything up and inspect a virtual layup; the report is left
 	.venv/bin/debulk demo -o out
 
 .PHONY: test
-test: $(stamps)/tests $(stamps)/docs ## Set everything up and run all tests and checks
+test: $(stamps)/tests $(stamps)/docs $(stamps)/strength ## Set everything up and run all tests and checks
 	@rm -f build/layers.txt
 	$(layer) 'C++ tests' 'ctest --test-dir build/test --output-on-failure -j 2'
 	$(layer) 'Python tests' '$(python) -m pytest -q -n 2 --dist worksteal tests/python'
 	$(layer) 'from C++ alone' 'cmake/test_cpp_package.sh build/test'
 	$(layer) 'newest versions' 'cmake/test_versions.sh $(python) build/test newest' \
 		'oldest versions' 'cmake/test_versions.sh $(python) build/test oldest' \
-		'style and types' '$(lint)' \
+		'branches that decide' '$(decided)' 'style and types' '$(lint)' \
 		'doctests' '$(python) -m pytest -q --doctest-modules --pyargs debulk lab' \
 		'pages' '$(pages)'
 	@echo 'debulk: how long each layer took'; cat build/layers.txt
@@ -92,15 +92,18 @@ asan: $(stamps)/system ## Run the C++ tests under the address and undefined-beha
 tsan: $(stamps)/system ## Run the C++ tests under the thread sanitizer
 	$(call sanitized,tsan,1)
 
-# What decides a verdict. The same list is in pyproject.toml (mutmut) and in tests/mutants/cpp.py (UNITS).
+# What decides a verdict, and its tests. The same lists are in pyproject.toml (mutmut) and in tests/mutants/cpp.py (UNITS).
 deciding := */debulk/verdict.py,*/debulk/results/compose.py,*/debulk/inspection/place/level*.py
+decided_by := $(addprefix tests/python/,test_verdict.py results/test_compose.py inspection/test_level_step.py inspection/test_level_words.py)
+decided = $(python) -m coverage run --data-file=build/decided -m pytest -q $(decided_by) && \
+	$(python) -m coverage report --data-file=build/decided --include="$(deciding)" --show-missing --fail-under=100 && \
+	$(python) tests/mutants/cpp.py coverage build/test
 
 .PHONY: coverage
 coverage: $(stamps)/tests $(stamps)/strength ## Print the branches that the unit tests take; fail if one that decides is not
 	$(python) -m coverage run -m pytest -q -m "unit and not slow" tests/python
 	$(python) -m coverage report --skip-covered --sort=cover
-	$(python) -m coverage report --include='$(deciding)' --show-missing --fail-under=100
-	$(python) tests/mutants/cpp.py coverage build/test
+	$(decided)
 
 .PHONY: mutants
 mutants: $(stamps)/tests $(stamps)/strength ## Change what decides a verdict in small ways and list what no test notices; half an hour
