@@ -124,7 +124,9 @@ class Chain(Part):
             first = error.errors(include_url=False)[0]
             if first["type"] == "json_invalid":
                 raise InputError(f"{path}: not valid JSON: {first['msg'].removeprefix('Invalid JSON: ')}") from None
-            raise InputError(f"{path}: {message('chain', wrong_values(cls, error))}") from None
+            wrong = wrong_values(cls, error)
+            kind = [one for one in wrong if one.name == "format"]  # another file: its other entries say nothing
+            raise InputError(f"{path}: {message('chain', kind or wrong)}") from None
 
     def _json(self) -> str:
         return self.model_dump_json(indent=1) + "\n"

@@ -22,6 +22,9 @@ def compare(
     recipe: Annotated[Path | None, typer.Option(help="Settings; unset: those of the report.")] = None,
     mask: Mask = None,
     unit: Unit = "mm",
+    frame_unit: Annotated[
+        Literal["mm", "m"] | None, typer.Option(help="Unit of the pose; unset: that of --unit.")
+    ] = None,
     history: Annotated[Path | None, typer.Option(help="The cell's history, .sqlite, to which it is added.")] = None,
     output: Outputs = None,
     as_json: JSON = False,
@@ -50,7 +53,7 @@ def compare(
         progress("reading", 0.0)
         before = Report.load(report)
         clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-        transform = pose_of(pose, unit)
+        transform = pose_of(pose, frame_unit or unit)
         progress("comparing", 0.0)
         found = held_against(before, *clouds, settings, transform, hidden)
         progress("comparing", 1.0)

@@ -113,6 +113,21 @@ def test_compare_ends_with_1_where_an_outcome_was_wrong(folder, report, monkeypa
     assert result.stdout.startswith(false) == bool(code)
 
 
+@pytest.mark.parametrize(("frame", "times"), [(["--frame-unit", "mm"], 1), ([], 1000)])
+def test_the_pose_of_compare_may_have_another_unit_than_the_clouds(folder, report, monkeypatch, frame, times):
+    """As that of inspect: a cell whose clouds are in metres could not compare with its pose in mm."""
+    poses = []
+    none = Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6)
+    monkeypatch.setattr(calls, "compare", lambda *given: poses.append(given[4]) or none)
+    files.save_cloud(folder / "scan.pcd", np.arange(60.0).reshape(4, 5, 3))
+    report.save(folder / "r.json")
+    np.savetxt(folder / "pose.txt", np.eye(4) + np.eye(4, k=3) * 5)
+    clouds = ("r.json", "scan.pcd", "--reference", "scan.pcd", "--unit", "m", "--pose", "pose.txt")
+    result = run("compare", *clouds, *frame)
+    assert result.exit_code == 0, result.output
+    assert poses[0][0, 3] == 5 * times
+
+
 def test_the_exit_code_of_compare_is_in_its_help():
     text = " ".join(run("compare", "--help").output.replace("│", " ").split())
     assert "exit code is 1 where an outcome was wrong" in text
