@@ -20,9 +20,9 @@ std::string percent(double share) {
   return number(100 * share, 1) + " %";
 }
 
-// mm; the largest limit that a recipe takes. What filters may have taken from sparse points grows beyond all bounds, and an
-// upper end above this says no more than that.
-constexpr double kMostSaid = 10.0;
+// mm; air lifts no ply so high. What filters may have taken from sparse points grows beyond all bounds, and an upper end above
+// this says no more than that.
+constexpr double kMostSaid = 25.0;
 
 // One figure that is judged: its name, range, limit and margin.
 struct Figure {

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-MOST_SAID_MM = 10.0
-"""The largest limit that a recipe takes: an upper end above it says no more than that nothing bounds the height."""
+HIGHEST_MM = 25.0
+"""Air lifts no ply so high: what stands higher is a clamp, a tool or the mold; an upper end above it bounds nothing."""
 
 
 def number(value: float | None, digits: int) -> str:
@@ -27,6 +27,6 @@ def span(ends: tuple[float, float]) -> str:
     ('0.20 to 0.50', '0.20', '0.20 or more')
     """
     low, high = (number(height, 2) for height in ends)
-    if ends[0] <= MOST_SAID_MM < ends[1]:
+    if ends[0] <= HIGHEST_MM < ends[1]:
         return f"{low} or more"
     return low if low == high else f"{low} to {high}"

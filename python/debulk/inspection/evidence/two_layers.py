@@ -22,7 +22,8 @@ from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.ply_zones import SIDES_MM
 from debulk.inspection.evidence.sample import sample_of
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, Setup
+from debulk.inspection.ply.ply_on_mold import Setup
+from debulk.results.number import HIGHEST_MM
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import heed
 from debulk.pocket import Dropped
 from debulk.recipe import Recipe, options
-from debulk.results.number import MOST_SAID_MM
+from debulk.results.number import HIGHEST_MM
 from debulk.results.report import LeftOut
 from debulk.ridge import excess_of_ridge
 from debulk.words import in_mm, xy_of
@@ -84,7 +84,7 @@ def left_out(found: Found, judged: Sequence[FoundPocket], recipe: Recipe) -> tup
 def _longest(runs: FibreRuns, recipe: Recipe) -> str:
     most_mm = excess.upper_mm(runs)
     ridge_mm = excess.ridge_of(most_mm, recipe)
-    if ridge_mm > MOST_SAID_MM:
+    if ridge_mm > HIGHEST_MM:
         return "from points so sparse nothing bounds how much longer than the mold a fibre over it is"
     return f"a fibre over it is up to {most_mm:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm at most"
 

@@ -15,8 +15,8 @@ from debulk.grid import Grid
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import BESIDE_MM, PAST_MIDDLE, STRETCH_MM, Outline
 from debulk.inspection.evidence.pieces import pieces_of
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM
 from debulk.results.finding import Finding
+from debulk.results.number import HIGHEST_MM
 from debulk.verdict import Verdict
 from debulk.words import in_cm2, in_mm, xy_of
 

@@ -22,9 +22,10 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.products import least_squares, paraboloid, product
 from debulk.inspection.ply.excess import LEAST_ERROR_MM, ridge_of
 from debulk.inspection.ply.fibre_runs import left_by_means
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, PlyOnMold
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe
 from debulk.results.finding import Finding
+from debulk.results.number import HIGHEST_MM
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 from debulk.words import in_cm2, in_mm, xy_of

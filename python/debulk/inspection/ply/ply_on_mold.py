@@ -16,8 +16,6 @@ from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.surface import Reference
 
-HIGHEST_MM = 25.0  # air lifts no ply so high above what is below: a clamp or a tool, or the mold
-
 
 @dataclass(frozen=True, eq=False)
 class PlyOnMold:

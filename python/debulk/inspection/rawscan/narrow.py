@@ -24,9 +24,10 @@ from debulk.inspection.evidence import flying
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
-from debulk.inspection.ply.ply_on_mold import HIGHEST_MM, Setup
+from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.running.cycle import heed, or_late
 from debulk.results.finding import Finding
+from debulk.results.number import HIGHEST_MM
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 from debulk.words import xy_of
