@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import os
 import tempfile
@@ -14,6 +15,7 @@ from starlette.requests import ClientDisconnect, Request
 from debulk.serve.refusal import Refusal
 
 _SILENCE_S = 20.0  # a client that sends nothing for so long is given up
+_REFUSED_S = 60.0  # for which a client that was refused may go on
 _AT_ONCE = 1 << 20  # bytes written together: a write for each packet would take longer than the network
 
 
@@ -29,8 +31,6 @@ async def received(request: Request, folder: Path, name: str, most_bytes: int) -
     except BaseException as error:
         os.unlink(path)
         if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT):
-            async for _ in parts:  # a client that still sends would not see the answer
-                pass
             raise Refusal(507, f"no room for the scan: {error.strerror}; free some, or send a path", 5) from None
         raise
     return Path(path)
@@ -40,6 +40,17 @@ async def received_json(request: Request, most_bytes: int) -> bytes:
     """Return a small body; refuse one that is too large, or does not go on."""
     _check_length(request, most_bytes)
     return b"".join([part async for part in _parts(request, most_bytes)])
+
+
+async def passed_over(request: Request, most_bytes: int) -> None:
+    """Read what is left of a refused request, and keep nothing: a client that still sends would not see the answer."""
+    if "expect" in request.headers:  # it sends nothing before it is asked to
+        return
+    with contextlib.suppress(Refusal, TimeoutError, RuntimeError):  # RuntimeError: all was read before
+        _check_length(request, most_bytes)
+        async with asyncio.timeout(_REFUSED_S):
+            async for _ in _parts(request, most_bytes):
+                pass
 
 
 async def _copied(parts: AsyncIterator[bytes], file: int) -> bool:
@@ -87,4 +98,5 @@ def _check_length(request: Request, most_bytes: int) -> None:
 
 def _check_size(size: int, most_bytes: int) -> None:
     if size > most_bytes:
-        raise Refusal(413, f"the body is too large: at most {most_bytes / 1e6:g} MB are taken (--most-mb)")
+        most = f"at most {most_bytes / 1e6:.4g} MB are taken"
+        raise Refusal(413, f"the body is too large: {most} (--most-mb is the limit of a scan)")

@@ -18,7 +18,7 @@ from starlette.routing import Route
 from debulk.serve.asked import MOST_JSON, Inspection, Reference, checked_name, of_json, of_query
 from debulk.serve.events import Events
 from debulk.serve.kiosk import content_policy, page
-from debulk.serve.receiving import received, received_json
+from debulk.serve.receiving import passed_over, received, received_json
 from debulk.serve.refusal import Refusal
 from debulk.serve.result import Job
 from debulk.serve.service import Service
@@ -50,7 +50,7 @@ def application(service: Service, spool: Path, most_bytes: int, hosts: list[str]
     return Starlette(
         routes=routes,
         middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=hosts, www_redirect=False)],
-        exception_handlers={Refusal: _refused, HTTPException: _no_address},
+        exception_handlers={Refusal: web.refused, HTTPException: _no_address},
     )
 
 
@@ -122,6 +122,12 @@ class _Web:
         self.service.remove(request.path_params["name"])
         return Response(status_code=204)
 
+    async def refused(self, request: Request, error: Any) -> Response:
+        if error.status != 408:  # whoever is silent sends no more
+            await passed_over(request, self.most_bytes)
+        after = {} if error.retry_after_s is None else {"Retry-After": str(math.ceil(error.retry_after_s))}
+        return JSONResponse({"error": str(error)}, error.status, headers=after)
+
 
 def _seconds(text: str) -> float:
     try:
@@ -131,11 +137,6 @@ def _seconds(text: str) -> float:
     if not 0 <= seconds <= _LONGEST_WAIT_S:
         raise Refusal(400, f"wait_s: expected 0 to {_LONGEST_WAIT_S:g} seconds, got {text[:40]!r}")
     return seconds
-
-
-async def _refused(_: Request, error: Any) -> Response:
-    after = {} if error.retry_after_s is None else {"Retry-After": str(math.ceil(error.retry_after_s))}
-    return JSONResponse({"error": str(error)}, error.status, headers=after)
 
 
 async def _no_address(request: Request, error: Any) -> Response:

@@ -96,6 +96,20 @@ def test_a_full_queue_says_when_to_come_back_and_then_takes_more(running):
     assert cell.post().status == 202
 
 
+def test_a_client_that_still_sends_sees_why_it_is_refused(running):
+    """One that closes afterwards, as urllib does, saw a connection that was reset."""
+    cell = running(most_bytes=20_000_000, most_waiting=1)
+    cell.quick.gate.clear()
+    cell.post()
+    cell.wait_for(lambda: cell.quick.seen)
+    cell.post()
+    body = bytes(16_000_000)
+    full = [cell.ask("POST", "inspections?name=a.npy", body, **BYTES) for _ in range(3)]
+    assert [(one.status, one.headers["Retry-After"]) for one in full] == [(503, "1")] * 3
+    other = cell.ask("POST", "inspections?name=../a.npy", body, **BYTES)
+    assert other.status == 400 and "name: expected letters" in other.json["error"]
+
+
 def test_a_history_receives_every_report(running, tmp_path):
     history = History(tmp_path / "cell.sqlite")
     cell = running(history=history)
