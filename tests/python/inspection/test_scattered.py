@@ -1,5 +1,7 @@
 """A spot whose points scatter about the ply is not called CREASE; a bump with a few flying pixels still is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,21 @@ def test_so_many_samples_must_lie_under_the_mold(report):
     assert verdict_with(400, 0.7 * enough_mm) is Verdict.CREASE
     assert verdict_with(scattered.LIMITS.fewest - 1, 100 * enough_mm) is Verdict.CREASE
     assert verdict_with(0, np.inf) is Verdict.CREASE
+
+
+def test_a_part_of_a_spot_that_the_filters_left_is_not_judged(report):
+    """Its foot holds no sample under the mold, but round it are some; round one as large as a bump they are too few."""
+    creasing = next(one for one in report.pockets if one.verdict is Verdict.CREASE)
+    round_mm = scattered.LIMITS.round_mm
+    ways = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    circle = np.column_stack([np.cos(ways), np.sin(ways)])
+    sunk_mm = MIDDLE_MM + (3.0 + 0.5 * round_mm) * circle
+
+    def verdict_of(radius_mm, at_mm=(0.0, 0.0)):
+        part = replace(creasing, foot_outline_mm=np.add(MIDDLE_MM, at_mm) + radius_mm * circle, promoted="a part")
+        (one,) = scattered.told([part], Standing(sample_mm=1.0, sunk_mm=sunk_mm))
+        return one.verdict
+
+    assert verdict_of(3.0) is Verdict.UNDECIDED
+    assert verdict_of(3.0, (30.0, 0.0)) is Verdict.CREASE
+    assert verdict_of(15.0) is Verdict.CREASE
