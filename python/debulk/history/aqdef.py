@@ -34,7 +34,7 @@ def write(path: Path, layups: Sequence[Layup], limit_mm: float | None) -> None:
     parts = sorted({layup.row.part for layup in layups})
     if len(parts) != 1:
         got = ", ".join(map(repr, parts[:4])) or "no layup"
-        raise InputError(f"{path}: expected layups of one part, got {got}; choose one (--part)")
+        raise InputError(f"a .dfq: expected layups of one part, got {got}; choose one (--part)")
     kinds = [
         _Characteristic("largest ridge", "mm", 3, limit_mm),
         _Characteristic("pockets", "", 0),

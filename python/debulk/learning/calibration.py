@@ -137,8 +137,9 @@ def calibrate(
     creased = int(known.creased.sum())
     if len(known) < _LEAST or creased in (0, len(known)):
         raise InputError(
-            f"{history.path}: expected at least {_LEAST} outcomes, some creased and some not, but got "
-            f"{creased} creased of {len(known)}: run debulk compare --history, or debulk history outcome"
+            f"{history.path}: expected at least {_LEAST} outcomes of pockets that their excess decided, some creased "
+            f"and some not, but got {creased} creased of {len(known)}: run debulk compare --history, or debulk history "
+            "outcome"
         )
     costs = costs or Costs()
     found = posterior(known, prior)

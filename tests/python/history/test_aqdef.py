@@ -55,7 +55,7 @@ def history_search(part):
 
 def test_several_parts_and_other_tables_are_refused(history, tmp_path):
     path = tmp_path / "layups.dfq"
-    with pytest.raises(InputError, match=r"expected layups of one part, got .*'B'; choose one \(--part\)"):
+    with pytest.raises(InputError, match=r"^a .dfq: expected layups of one part, got .*'B'; choose one \(--part\)"):
         export(history, path)
     with pytest.raises(InputError, match="got no layup"):
         export(history, path, search=history_search("C"))

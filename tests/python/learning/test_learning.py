@@ -242,7 +242,8 @@ def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
     there = History(tmp_path / "c.sqlite")
     there.add(report)
     with pytest.raises(
-        InputError, match="expected at least 10 outcomes, some creased and some not, but got 0 creased of 0"
+        InputError,
+        match="at least 10 outcomes of pockets .* decided, some creased and some not, but got 0 creased of 0",
     ):
         calibrate(there)
 
