@@ -243,7 +243,7 @@ def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
     there.add(report)
     with pytest.raises(
         InputError,
-        match="at least 10 outcomes of pockets .* decided, some creased and some not, but got 0 creased of 0",
+        match=r"at least 10 outcomes of pockets .* decided, some creased and some not, but got 0 creased of 0",
     ):
         calibrate(there)
 
