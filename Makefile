@@ -295,15 +295,17 @@ $(stamps)/referee: $(stamps)/venv
 	@$(pip) -r $(stamps)/referee.txt
 	@touch $@
 
+build := --config-settings=build-dir=build/test --config-settings=cmake.define.DEBULK_PRECOMPILED=ON
+
 # The package as users get it. It shares a build with the tests, and keeps what those set there, so that nothing compiles twice.
 $(stamps)/package: $(sources) $(package_files) $(stamps)/venv
 	@echo 'debulk: building the package (two to four minutes on two cores the first time)'
-	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test .
+	@$(pip) --no-build-isolation --no-deps $(build) .
 	@touch $@
 
 # The package and the C++ tests, warnings being errors. It installs the package too, which is then up to date.
 $(stamps)/tests: $(sources) $(package_files) $(test_sources) $(stamps)/tools
 	@echo 'debulk: building the package and the C++ tests (four to eight minutes on two cores the first time)'
-	@$(pip) --no-build-isolation --no-deps --config-settings=build-dir=build/test --config-settings=build.targets=all \
+	@$(pip) --no-build-isolation --no-deps $(build) --config-settings=build.targets=all \
 		--config-settings=cmake.define.DEBULK_TESTS=ON --config-settings=cmake.define.CMAKE_COMPILE_WARNING_AS_ERROR=ON .
 	@touch $@ $(stamps)/package

@@ -21,9 +21,15 @@ target_compile_options(debulk_options INTERFACE $<BUILD_INTERFACE:${debulk_bits_
 # For sources with wide loops (core/simd_dispatch.inl): what lets the compiler use wide instructions there; none of it changes a
 # bit of the results. A sanitizer's build is not in a hurry at run time and compiles them as all others.
 set(DEBULK_WIDE_OPTIONS -O3 -fno-math-errno -fno-trapping-math CACHE STRING "How hard the compiler works on them")
-set(debulk_simd_options ${DEBULK_WIDE_OPTIONS} -Wno-psabi)
+function(debulk_wide_loops)  # SOURCE ...
+  set(options ${DEBULK_WIDE_OPTIONS} -Wno-psabi)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${options}")
+  if(DEBULK_WIDE_OPTIONS)  # the compiler takes no header that was compiled with others
+    set_source_files_properties(${ARGN} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+  endif()
+endfunction()
 
-# Headers that nearly all rooms include, parsed once. Not in the build as shipped, which shall need no more than its sources;
-# a compiler cache keeps nothing that was compiled with them.
+# Headers that nearly all rooms include, parsed once: a second for each of a hundred sources, and the same code. Not by default: a
+# compiler cache keeps nothing that was compiled with them, and tools of another compiler cannot read them.
 option(DEBULK_PRECOMPILED "Precompile the common headers of the rooms" OFF)
 set(debulk_common_headers <Eigen/Core> <algorithm> <cmath> <limits> <string> <vector>)
