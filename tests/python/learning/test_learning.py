@@ -241,10 +241,8 @@ def test_probabilities_by_proposed_recipes_come_true_as_often_as_they_say(bench)
 def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
     there = History(tmp_path / "c.sqlite")
     there.add(report)
-    with pytest.raises(
-        InputError,
-        match=r"at least 10 outcomes of pockets .* decided, some creased and some not, but got 0 creased of 0",
-    ):
+    of_pockets = "expected at least 10 outcomes of pockets that their excess decided"
+    with pytest.raises(InputError, match=f"{of_pockets}, some creased and some not, but got 0 creased of 0"):
         calibrate(there)
 
 
