@@ -315,16 +315,12 @@ COMMANDS = {
 }
 
 
-INTERRUPTED = """
+DIFFERING = """
 import os, signal, sys
 from debulk.results import difference
 
 def report_difference(*_):
-    try:
-        os.kill(os.getpid(), signal.{sign})
-        sum(range(10))
-    except KeyboardInterrupt as error:
-        {then}
+    {body}
     return []
 
 difference.report_difference = report_difference
@@ -332,15 +328,34 @@ from debulk.cli import main
 sys.argv = ["debulk", "diff", "a.json", "a.json"]
 main()
 """
+INTERRUPTED = """
+    try:
+        os.kill(os.getpid(), signal.{sign})
+        sum(range(10))
+    except KeyboardInterrupt as error:
+        {then}
+"""
+
+
+def differing(cell, body):
+    """Return how debulk diff ends if something happens while it compares."""
+    program = [sys.executable, "-c", DIFFERING.format(body=body)]
+    return subprocess.run(program, cwd=cell, capture_output=True, text=True, preexec_fn=interruptible)
 
 
 @pytest.mark.layup
 @pytest.mark.parametrize("sign", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize("then", ["raise RuntimeError('as in a class') from error", "pass"], ids=["changed", "lost"])
 def test_an_interrupt_is_no_fault_and_no_result_whatever_a_library_makes_of_it(cell, sign, then):
-    program = [sys.executable, "-c", INTERRUPTED.format(sign=sign, then=then)]
-    done = subprocess.run(program, cwd=cell, capture_output=True, text=True, preexec_fn=interruptible)
+    done = differing(cell, INTERRUPTED.format(sign=sign, then=then))
     assert (done.returncode, done.stderr) == (130, f"debulk diff: ended by {sign}\n"), done
+
+
+@pytest.mark.layup
+def test_a_machine_with_too_little_memory_is_no_fault(cell):
+    done = differing(cell, "bytes(1 << 60)")
+    assert done.returncode == 2 and done.stderr.startswith("debulk: it does not fit into the memory"), done
+    assert done.stderr.count("\n") == 1
 
 
 def interruptible() -> None:

@@ -65,6 +65,12 @@ def outcome() -> Iterator[None]:
     except BrokenPipeError:  # whoever read our output has left
         _forget_output()
         raise typer.Exit(NO_READER) from None
+    except MemoryError:
+        print(
+            "debulk: it does not fit into the memory of this machine; end other programs, or give this one more",
+            file=sys.stderr,
+        )
+        raise typer.Exit(BAD_INPUT) from None
     except (typer.Exit, typer.Abort):
         raise
     except Exception as error:
