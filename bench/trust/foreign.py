@@ -527,6 +527,16 @@ def replaced(rng, cloud):
     return np.dstack([cloud[..., :2], np.where(marks > 0, full, z)])
 
 
+def shining(rng, part):
+    """A bump shines: of its points most are lost, and the others scatter."""
+    scan, reference, how = scans(rng, part)
+    _, *at, a, b, turn, _ = part.bumps[0]
+    wide, scatter_mm = rng.uniform(0.8, 1.2), rng.uniform(1, 2)
+    shines = bump(scan[..., 0], scan[..., 1], 1.0, *at, wide * a, wide * b, turn, "cap") > 0
+    scan = raised(scan, shines * rng.normal(0, scatter_mm, shines.shape))
+    return np.where((shines & (rng.random(shines.shape) < 0.7))[..., None], np.nan, scan), reference, how
+
+
 def compressed(rng, cloud):
     """Coded as a video is: the cosines of 8 by 8 pixels are rounded, high ones more coarsely."""
     h, w = (n // 8 * 8 for n in cloud.shape[:2])
@@ -708,6 +718,7 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "despiked": (small, partial(scans, change=despiked, both=False), False),
     "replaced": (small, partial(scans, change=replaced, both=False), False),
     "noised again": (small, partial(scans, change=noised_again, both=False), False),
+    "shining": (small, shining, False),
     "compressed": (small, partial(scans, change=compressed), False),
     "rows levelled": (plain, levelled, False),
     "no outline": (plain, without_outline(scans), True),
