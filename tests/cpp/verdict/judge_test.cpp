@@ -50,6 +50,8 @@ const Case kCases[] = {
      "ridge 0.00 mm or more (nothing bounds it) lies on both sides of the limit of 0.60 mm"},
     {"a ridge that is so high", [](auto& e) { e.ridge_height = {9.8, 12.4}; }, Verdict::crease,
      "ridge 9.80 to 12.40 mm exceeds the limit of 0.60 mm"},
+    {"a ridge higher than air lifts a ply", [](auto& e) { e.ridge_height = {26.2, 26.4}; }, Verdict::crease,
+     "ridge 26.20 to 26.40 mm exceeds the limit of 0.60 mm"},
     {"straddles one, above the other", [](auto& e) { e.rms = {0.2, 0.4}, e.ridge_height = {0.7, 0.8}; }, Verdict::crease,
      "ridge 0.70 to 0.80 mm exceeds the limit of 0.60 mm"},
     {"tie", [](auto& e) { e.rms = {0.302, 0.302}; }, Verdict::undecided, "RMS 0.302 mm comes within 0.010 mm of the limit of 0.300 mm"},
