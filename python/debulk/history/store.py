@@ -25,6 +25,7 @@ from debulk.results import codec
 from debulk.results.comparison import FORMAT as COMPARISON
 from debulk.results.fitting import check_fits
 from debulk.results.report import FORMAT as REPORT
+from debulk.results.report import MAPS
 from debulk.results.trace import now_utc
 
 _OUTCOME = "debulk outcome"
@@ -91,7 +92,7 @@ class History:
         report = report.settle()
         kept = report
         if not self.pictures:
-            kept = dataclasses.replace(report, height_map=None, excess_map=None, shear_map=None)
+            kept = report.changed(**dict.fromkeys(MAPS))
         text = codec.dumps(kept, REPORT)
         return self._add("report", None, text, lambda number: rows.of_report(number, report))
 

@@ -16,6 +16,7 @@ from debulk.inspection.inspector import Inspector, Progress
 from debulk.inspection.ply import inputs
 from debulk.recipe import Recipe
 from debulk.report import Report
+from debulk.results.report import MAPS
 from debulk.results.trace import ArrayTrace
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 # Entries that differ between two runs on the same data: times, and where and when they ran.
 _OF_A_RUN = {"timings_ms", "runtime_ms", "runtime_split_ms", "trace", "source", "version", "recipe"}
-_MAPS = ("height_map", "excess_map", "shear_map")  # which a history leaves out
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def repeat(
         again = again.as_decided()
     unchecked = (name for name, (given, kept) in found.items() if given and (kept is None or not kept.fingerprint))
     before, after = report.to_dict(), dict(again.to_dict())
-    after.update({name: None for name in _MAPS if before[name] is None})
+    after.update({name: None for name in MAPS if before[name] is None})
     return Repetition(again, tuple(_differences(before, after)), tuple(unchecked))
 
 

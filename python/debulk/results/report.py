@@ -37,6 +37,7 @@ from debulk.results.trace import Trace
 from debulk.verdict import Verdict
 
 FORMAT = "debulk report"
+MAPS = ("height_map", "excess_map", "shear_map")  # of a report; a history leaves them out
 
 
 def _check_numbers(name: str, values: NDArray[np.int32], lowest: int, count: int) -> None:
