@@ -16,7 +16,7 @@ from debulk import Verdict, pocket, scenes
 from debulk.grid import Grid
 from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.inspection.holes import unseen
-from debulk.inspection.ply import hidden
+from debulk.inspection.ply import excess
 from debulk.inspection.rawscan.lost_places import bell_excess_mm
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
@@ -256,7 +256,7 @@ def test_flanks_are_less_steep_than_what_a_hole_may_hide() -> None:
     steep_deg = np.degrees(np.arctan(np.hypot(*np.gradient(smooth, heights.spacing_mm))))
     inside = [p.pocket for p in found.pockets if not p.pocket.touches_ply_edge]
     steepest = max(np.percentile(steep_deg[(labels == one.id) & (unknown == 0)], 99) for one in inside)
-    assert 25 < steepest < hidden.LIMITS.steepest_deg
+    assert 25 < steepest < excess.LIMITS.steepest_deg
 
 
 def hole(**changes: Any) -> Any:

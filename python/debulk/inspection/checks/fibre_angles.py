@@ -55,13 +55,9 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
 
 def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
     """Yield INVALID for the longest fibre over a gap, if it may make a ridge above the limit."""
-    limit_mm = ply.recipe.verdict.max_ridge_mm
     longest_mm = excess.most_mm(runs) / _SHOWN
     near = replace(gaps, values=grown(gaps.values))
-    for n in np.argsort(-longest_mm, kind="stable").tolist():
-        ridge_mm = excess.ridge_of(float(longest_mm[n]), ply.recipe)
-        if ridge_mm <= limit_mm:
-            return
+    for n, ridge_mm in excess.above_limit(longest_mm, ply.recipe):
         if not _over(runs, n, near):
             continue
         reason = (
@@ -69,6 +65,7 @@ def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
             f"{longest_mm[n]:.2f} mm longer than the mold, a ridge of {ridge_mm:.2f} mm: {_COVER}"
         )
         top = xy_of(runs.top_mm[n])
+        limit_mm = ply.recipe.verdict.max_ridge_mm
         yield Finding("fibre_angles", Verdict.INVALID, reason, ridge_mm, limit_mm, "mm", top, remedy=_COVER)
         return
 

@@ -14,7 +14,7 @@ from debulk.inspection.clouds import unit
 from debulk.inspection.evidence import two_layers
 from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
-from debulk.inspection.ply import hidden, humps
+from debulk.inspection.ply import excess, humps
 from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
@@ -54,7 +54,7 @@ CHECKS = (
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", pockets.deadline),
-    Check("holes", lambda seen: unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe), (hidden.LIMITS,)),
+    Check("holes", lambda seen: unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe), (excess.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", pockets.false_acceptance),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),

@@ -25,7 +25,6 @@ from debulk.results.chain import ChainReport
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport
 from debulk.results.runs import ExcessRuns
-from debulk.ridge import excess_of_ridge
 from debulk.risk import Risk, risk
 
 
@@ -88,7 +87,7 @@ class Seen:
         pocket = np.zeros(len(runs), dtype=np.int32)
         for one in reversed(self.judged.pockets):
             pocket[one.crossing] = one.number
-        counts_mm = excess_of_ridge(options.counts_from_mm(recipe), recipe.material.thickness_mm)
+        counts_mm = excess.of_ridge(options.counts_from_mm(recipe), recipe)
         key = runs.family + 2 * runs.line.astype(np.int64)
         long = np.isin(key, key[excess.most_mm(runs) > counts_mm])
         columns = {entry.name: getattr(runs, entry.name)[long] for entry in fields(FibreRuns)}

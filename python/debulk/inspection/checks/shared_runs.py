@@ -62,14 +62,11 @@ def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMo
     if runs is None or ply.recipe.verdict.criterion != "excess":
         return []
     every, limit_mm = runs.runs, ply.recipe.verdict.max_ridge_mm
-    most_mm = excess.most_mm(every)
     left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
     judged: list[Finding] = []
     named_mm = np.zeros((0, 2))
-    for n in left[np.argsort(-most_mm[left], kind="stable")].tolist():
-        ridge_mm = excess.ridge_of(float(most_mm[n]), ply.recipe)
-        if ridge_mm <= limit_mm:
-            break
+    for k, ridge_mm in excess.above_limit(excess.most_mm(every)[left], ply.recipe):
+        n = left[k]
         if (np.linalg.norm(named_mm - every.top_mm[n], axis=1) < _APART_MM).any():
             continue
         named_mm = np.vstack([named_mm, every.top_mm[n]])

@@ -14,7 +14,7 @@ from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.flying import without_flying
 from debulk.inspection.find.found import Found
 from debulk.inspection.find.front import FrontEnd
-from debulk.inspection.ply.hidden import harmless_mm2
+from debulk.inspection.ply.excess import harmless_mm2
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.running.cycle import in_parallel
 from debulk.pocket import UnseenHole

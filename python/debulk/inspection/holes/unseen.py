@@ -9,7 +9,6 @@ from debulk.arrays import Floats
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.inspection.ply import excess
-from debulk.inspection.ply.hidden import hidden_mm
 from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
@@ -94,7 +93,7 @@ def most_ridge_mm(box_mm: Floats, wide_mm: float, found: Found, recipe: Recipe) 
     if found.runs is not None:
         largest = found.runs.largest
         shown_mm = float(largest.values[largest.around(box_mm, largest.spacing_mm)].max(initial=0.0))
-    return excess.ridge_of(shown_mm + hidden_mm(wide_mm), recipe)
+    return excess.ridge_of(shown_mm + excess.hidden_mm(wide_mm), recipe)
 
 
 def left_out(found: Found) -> tuple[LeftOut, ...]:

@@ -15,7 +15,6 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe, options
 from debulk.results.bridge_section import bridge_section_line
 from debulk.results.report import ExcessReport
-from debulk.ridge import excess_of_ridge
 from debulk.verdict import Judgement, Verdict
 
 _DENSER = "give a denser scan"
@@ -98,7 +97,7 @@ def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None
 
 def _ends_above(runs: FibreRuns, recipe: Recipe) -> bool:
     """Return whether nothing is sure of a run above the limit, as `ScanRuns.ending_at_bare` leaves it."""
-    longer = runs.excess_mm > excess_of_ridge(recipe.verdict.max_ridge_mm, recipe.material.thickness_mm)
+    longer = runs.excess_mm > excess.of_ridge(recipe.verdict.max_ridge_mm, recipe)
     return bool((longer & (runs.low_mm <= runs.uncertainty_mm)).any())
 
 

@@ -26,7 +26,6 @@ from debulk.pocket import Dropped
 from debulk.recipe import Recipe, options
 from debulk.results.number import HIGHEST_MM
 from debulk.results.report import LeftOut
-from debulk.ridge import excess_of_ridge
 from debulk.words import in_mm, xy_of
 
 _LEAST_HALF_MM = 40.0  # half the side of the first window round a place; it grows until the place's foot lies in it
@@ -40,7 +39,7 @@ def judged(found: Found, pockets: Sequence[FoundPocket], ply: PlyOnMold, stop: _
     if found.runs is None:
         return
     runs, own = found.runs.runs, _uncovered(found, pockets)
-    counts = excess.most_mm(runs) >= excess_of_ridge(_counts_from_mm(ply.recipe), ply.recipe.material.thickness_mm)
+    counts = excess.most_mm(runs) >= excess.of_ridge(_counts_from_mm(ply.recipe), ply.recipe)
     bridges = (runs.low_mm < runs.uncertainty_mm) & (runs.gap_mm > options.bridges_from_mm(ply.recipe))
     wanted = own & (counts | bridges)
     number = len(pockets)

@@ -22,13 +22,13 @@ from debulk.inspection.place import plateaus, ply_edge
 from debulk.inspection.place.level import LIMITS, Deviation, departure, deviation, level_of
 from debulk.inspection.place.level_reason import few_squares_reason, level_reason, same_reason, stale_reason
 from debulk.inspection.place.steep import too_steep
+from debulk.inspection.ply import excess
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.reference import frame
 from debulk.inspection.reference.resolution import coarse_reason
 from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
-from debulk.ridge import excess_of_ridge
 from debulk.verdict import Verdict
 from debulk.words import xy_of
 
@@ -157,15 +157,13 @@ class Placing:
             return replace(placed, finding=finding, edge=edge)
         recipe, strips = self._recipe, self.outline.strips(heights)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        thickness_mm, most_mm = self._thickness_mm, options.counts_from_mm(recipe)
+        thickness_mm, most_mm = self._thickness_mm, excess.of_ridge(options.counts_from_mm(recipe), recipe)
         finding = (
             ply_edge.misfit(
                 self.outline, strips, thickness_mm, recipe.segmentation.cut_height_mm, recipe.level.largest_edge_share
             )
             or ply_edge.left_out(self.outline, strips - self._missed, thickness_mm, raised_mm, heights.spacing_mm)
-            or ply_edge.longer_outside(
-                self.outline, heights, self._missed, raised_mm + thickness_mm, excess_of_ridge(most_mm, thickness_mm)
-            )
+            or ply_edge.longer_outside(self.outline, heights, self._missed, raised_mm + thickness_mm, most_mm)
             or ply_edge.low_step(self.outline, strips - self._missed, self._least_mm)
         )
         return placed if finding is None else replace(placed, finding=finding)

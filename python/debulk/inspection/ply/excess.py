@@ -1,15 +1,37 @@
-"""The ridge that the excess of the fibres makes, read from the runs that cross a pocket (docs/model.md, section 9)."""
+"""The ridge that the excess of the fibres makes, read from the runs that cross a pocket (docs/model.md, section 9).
+
+Where nobody saw the ply, the excess is that of the steepest bell that fits in there (docs/verdicts.md).
+"""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core, section
+from debulk.arrays import Floats
 from debulk.fibre import FREE, FibreRuns
 from debulk.inspection.ply.polyline import direction_deg
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport
+from debulk.ridge import excess_of_ridge
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of what was not seen; bench/trust/holes.py has holes over creases."""
+
+    # The steepest flank of a laid ply, a prior: the steepest hundredth of each of 42 pockets inside the ply of eleven
+    # virtual layups has 28.6 degrees or less, but for one with 34.
+    steepest_deg: float = 30.0
+
+
+LIMITS = Limits()
+_PER_MM = math.tan(math.radians(LIMITS.steepest_deg)) ** 2 / 4  # half the mean of the squared slopes of such a bell
 
 LEAST_ERROR_MM = 0.04  # of a fibre's length; a ridge is half as high as its excess is long
 
@@ -56,7 +78,7 @@ def bound(runs: FibreRuns) -> NDArray[np.bool_]:
     return np.asarray((runs.ends != FREE).all(axis=1))
 
 
-def most_mm(runs: FibreRuns) -> NDArray[np.float64]:
+def most_mm(runs: FibreRuns) -> Floats:
     """Return the excess length, mm, that each run may have at most, (N,)."""
     return runs.high_mm + runs.uncertainty_mm
 
@@ -72,6 +94,30 @@ def ridge_of(excess_mm: float, recipe: Recipe) -> float:
     if excess_mm <= 0:
         return material.consolidated_mm
     return max(material.consolidated_mm, _core.ridge.ridge_height_of_excess(excess_mm, material.thickness_mm))
+
+
+def of_ridge(height_mm: float, recipe: Recipe) -> float:
+    """Return the excess length, mm, that a single ridge of this height takes up."""
+    return excess_of_ridge(height_mm, recipe.material.thickness_mm)
+
+
+def above_limit(excess_mm: Floats, recipe: Recipe) -> Iterator[tuple[int, float]]:
+    """Yield the indices of the excess lengths (N,) that make a ridge above the limit, and that ridge; longest first."""
+    for n in np.argsort(-excess_mm, kind="stable").tolist():
+        ridge_mm = ridge_of(float(excess_mm[n]), recipe)
+        if ridge_mm <= recipe.verdict.max_ridge_mm:
+            return
+        yield n, ridge_mm
+
+
+def hidden_mm(wide_mm: float) -> float:
+    """Return the excess of the steepest bell that a place so wide can hide, its foot at the place's rim."""
+    return _PER_MM * wide_mm
+
+
+def harmless_mm2(recipe: Recipe) -> float:
+    """Return the area of the largest round place that hides no ridge above the limit."""
+    return math.pi / 4 * (of_ridge(recipe.verdict.max_ridge_mm, recipe) / _PER_MM) ** 2
 
 
 def _standing(excess_mm: float, recipe: Recipe) -> float:

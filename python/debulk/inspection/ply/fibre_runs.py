@@ -15,9 +15,9 @@ from debulk import _core, fibre
 from debulk.arrays import Floats
 from debulk.fibre import FibreRuns
 from debulk.grid import Grid
+from debulk.inspection.ply import excess
 from debulk.pocket import Feet, Segmentation
 from debulk.recipe import Recipe, options
-from debulk.ridge import excess_of_ridge
 from debulk.surface import Reference
 from debulk.verdict import natural_length
 
@@ -119,9 +119,9 @@ def friction_length(recipe: Recipe) -> float:
     Its end force H comes from the closed form for small folds, which lies above the exact force (docs/model.md,
     section 6).
     """
-    material, limits, pressure_mpa = recipe.material, recipe.verdict, recipe.loads.pressure_mpa
+    material, pressure_mpa = recipe.material, recipe.loads.pressure_mpa
     if material.friction == 0:
         return math.inf
     natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
-    held_mm = max(excess_of_ridge(limits.max_ridge_mm, material.thickness_mm), 1e-3 * natural_mm)
+    held_mm = max(excess.of_ridge(recipe.verdict.max_ridge_mm, recipe), 1e-3 * natural_mm)
     return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
