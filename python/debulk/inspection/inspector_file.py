@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,59 +22,63 @@ from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 
 FORMAT = "debulk inspector 1"
-_GRID = ("f", (3,))  # x and y of the first point, spacing
-# For each name the kind of the values and the shape, with None for any length. A question mark marks an optional array.
-_ARRAYS: dict[str, tuple[str, tuple[int | None, ...]]] = {
-    "recipe": ("U", ()),
-    "reference": ("f", (None, None)),
-    "reference_grid": _GRID,
-    "seen": ("f", (None, None)),
-    "seen_grid": _GRID,
-    "ply_outline?": ("f", (None, 2)),
-    "fibre_angles_deg?": ("f", (2,)),
-    "fibre_angles?": ("f", (None, None, 2)),
-    "fibre_angles_grid?": _GRID,
-    "nominal_angles?": ("f", (None, None, 2)),
-    "mold_from_scanner?": ("f", (4, 4)),
-    "camera?": ("f", (3,)),
-    "image?": ("f", (5,)),
-    "mask?": ("b", (None, None)),
-    "sample?": ("f", (None, 3)),
-    "far_place?": ("f", (4,)),  # the shift, and to how many mm the reference had been rounded
-    "cloud_shape?": ("i", (None,)),
-    "cloud_sha256?": ("U", ()),
-    "cloud_xxh3?": ("U", ()),
-}
 _SPARE_BYTES = 1 << 16  # allowed for headers of the archive
+
+
+def _of_grid(grid: Grid | Reference | None) -> list[float] | None:
+    """Return x and y of the first point, and the spacing."""
+    return None if grid is None else [*map(float, grid.origin_mm), float(grid.spacing_mm)]
+
+
+def _field(given: Given) -> Grid | None:
+    return given.fibre_angles_deg if isinstance(given.fibre_angles_deg, Grid) else None
+
+
+def _values(grid: Grid | None) -> NDArray[np.float64] | None:
+    return None if grid is None else np.asarray(grid.values, dtype=np.float64)
+
+
+def _far(place: FarPlace) -> list[float] | None:
+    """Return the shift, and to how many mm the reference had been rounded."""
+    return None if place.shift_mm is None else [*place.shift_mm, place.rounded_mm]
+
+
+class _Stored(NamedTuple):
+    """How an array is stored: the kind of its values, its shape with None for any length, and what is stored."""
+
+    kind: str
+    shape: tuple[int | None, ...]
+    of: Callable[[Given], Any]
+
+
+# A question mark marks an optional array.
+_ARRAYS = {
+    "recipe": _Stored("U", (), lambda given: json.dumps(given.recipe.model_dump())),
+    "reference": _Stored("f", (None, None), lambda given: given.reference.reference.heights_mm),
+    "reference_grid": _Stored("f", (3,), lambda given: _of_grid(given.reference.reference)),
+    "seen": _Stored("f", (None, None), lambda given: given.reference.seen.values),
+    "seen_grid": _Stored("f", (3,), lambda given: _of_grid(given.reference.seen)),
+    "ply_outline?": _Stored("f", (None, 2), lambda given: given.ply_outline),
+    "fibre_angles_deg?": _Stored("f", (2,), lambda given: None if _field(given) else given.fibre_angles_deg),
+    "fibre_angles?": _Stored("f", (None, None, 2), lambda given: _values(_field(given))),
+    "fibre_angles_grid?": _Stored("f", (3,), lambda given: _of_grid(_field(given))),
+    "nominal_angles?": _Stored("f", (None, None, 2), lambda given: _values(given.nominal_angles_deg)),
+    "mold_from_scanner?": _Stored("f", (4, 4), lambda given: given.mold_from_scanner),
+    "camera?": _Stored("f", (3,), lambda given: given.camera),
+    "image?": _Stored("f", (5,), lambda given: given.reference.image and np.array(given.reference.image, np.float64)),
+    "mask?": _Stored("b", (None, None), lambda given: given.mask),
+    "sample?": _Stored("f", (None, 3), lambda given: given.reference.sample),
+    "far_place?": _Stored("f", (4,), lambda given: _far(given.reference.place)),
+    "cloud_shape?": _Stored("i", (None,), lambda given: given.reference.cloud and given.reference.cloud.shape),
+    "cloud_sha256?": _Stored("U", (), lambda given: given.reference.cloud and given.reference.cloud.sha256),
+    "cloud_xxh3?": _Stored("U", (), lambda given: given.reference.cloud and given.reference.cloud.xxh3),
+}
 
 
 def write(given: Given, path: Path) -> None:
     """Write what an inspector was given, with its reference prepared."""
-    prepared, angles = given.reference, given.fibre_angles_deg
-    arrays: dict[str, Any] = {
-        "format": FORMAT,
-        "recipe": json.dumps(given.recipe.model_dump()),
-        "reference": prepared.reference.heights_mm,
-        "reference_grid": [*prepared.reference.origin_mm, prepared.reference.spacing_mm],
-        "seen": prepared.seen.values,
-        "seen_grid": _grid(prepared.seen),
-        "grid_spacing_mm": prepared.grid_spacing_mm,  # asked for by versions before 0.10
-        "ply_outline": given.ply_outline,
-        "mold_from_scanner": given.mold_from_scanner,
-        "camera": given.camera,
-        "image": None if prepared.image is None else np.array(prepared.image, dtype=np.float64),
-        "mask": given.mask,
-        "nominal_angles": None if given.nominal_angles_deg is None else given.nominal_angles_deg.values,
-        "sample": prepared.sample,
-        "far_place": None if prepared.place.shift_mm is None else [*prepared.place.shift_mm, prepared.place.rounded_mm],
-        "cloud_shape": None if prepared.cloud is None else prepared.cloud.shape,
-        "cloud_sha256": None if prepared.cloud is None else prepared.cloud.sha256,
-        "cloud_xxh3": None if prepared.cloud is None else prepared.cloud.xxh3,
-    }
-    if isinstance(angles, Grid):
-        arrays |= {"fibre_angles": angles.values.astype(np.float64), "fibre_angles_grid": _grid(angles)}
-    else:
-        arrays["fibre_angles_deg"] = angles
+    arrays = {name.removesuffix("?"): stored.of(given) for name, stored in _ARRAYS.items()}
+    arrays |= {"format": FORMAT, "grid_spacing_mm": given.reference.grid_spacing_mm}  # asked for before 0.10
     with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez(file, allow_pickle=False, **{name: value for name, value in arrays.items() if value is not None})
 
@@ -153,7 +158,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
         _fail(path, " ".join(str(error).split())[:120])
     if str(found.pop("format", "")) != FORMAT:
         _fail(path, f"expected the format {FORMAT!r}")
-    for name, (kind, shape) in _ARRAYS.items():
+    for name, (kind, shape, _) in _ARRAYS.items():
         plain = name.removesuffix("?")
         if plain not in found:
             if plain == name:
@@ -170,10 +175,6 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
     if "nominal_angles" in found and found["nominal_angles"].shape != found.get("fibre_angles", np.empty(0)).shape:
         _fail(path, "expected nominal_angles on the grid of fibre_angles")
     return found
-
-
-def _grid(grid: Grid) -> list[float]:
-    return [*map(float, grid.origin_mm), float(grid.spacing_mm)]
 
 
 def _on_grid(arrays: dict[str, NDArray[Any]], name: str, grid: str = "") -> Grid:
