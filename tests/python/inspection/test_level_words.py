@@ -336,7 +336,8 @@ def asked(side_mm, pitch_mm=2.0, seen=1.0, outlined=True):
     x, y = (v.ravel() for v in np.meshgrid(*2 * [np.arange(-300.0, 300.0, pitch_mm)]))
     height = np.where(y <= -half + seen * side_mm, 0.3, np.nan)
     sample = Sample(np.column_stack([x, y, height]), height, 1, np.zeros(len(x), bool))
-    return few_squares_reason(zones, sample, zones.inside(sample), share=0.034, outlined=outlined)
+    sample = replace(sample, on_ply=zones.inside(sample))
+    return few_squares_reason(zones, sample, share=0.034, outlined=outlined)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from debulk.words import Place, xy_of
 
 SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
 _ENOUGH = 24  # squares
-_INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
+INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
 _CELL_MM = 4.0  # of the grid that stores where the ply is
 LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
 _LEAST_SHARE = 0.6  # of a square's points: if pockets cover more, the ply there has not come down to the mold yet
@@ -58,27 +58,22 @@ class PlyZones:
         on = np.ones(len(xy), dtype=np.bool_)
         if ply_outline is not None:
             on = pocket.inside(ply_outline, xy)
-            on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > _INSET_MM
+            on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > INSET_MM
         self._low, self.on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)  # `on`: as `hold` says it
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
-        self.side_mm = next((s for s in SIDES_MM if np.count_nonzero(on) * _CELL_MM**2 >= _ENOUGH * s * s), 10.0)
+        self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
+        self.side_mm = next((s for s in SIDES_MM if self.inner_mm2 >= _ENOUGH * s * s), SIDES_MM[-1])
         self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
         # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
         squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
         self._block_cells = np.bincount(block, minlength=squares)
-        self.inset_mm = _INSET_MM
-        self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
         self.squares = int(np.count_nonzero(self._block_cells * _CELL_MM**2 >= _LEAST_SHARE * self.side_mm**2))
 
     def inside(self, sample: Sample) -> Bools:
         """Return which points of a sample have a height and lie on the ply, well inside its outline."""
-        if (known := sample.inside.get(self)) is not None:
-            return known
         on: Bools = np.isfinite(sample.height_mm)
         on[on] = self.hold(sample.points_mm[on, :2])
-        on.flags.writeable = False  # because all callers share it
-        sample.inside[self] = on
         return on
 
     def hold(self, xy_mm: Floats) -> Bools:
@@ -95,12 +90,12 @@ class PlyZones:
         at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
         return np.asarray(there & self.on.values[np.ix_(*at)])
 
-    def blocks(self, sample: Sample, on: Bools, used: Bools) -> Blocks:
+    def blocks(self, sample: Sample, used: Bools) -> Blocks:
         """Return the medians of the used points in each square in which most of the points on the ply are used."""
         size = len(self._block_cells)
-        block = self._block_of(sample.points_mm[on, :2])
+        block = self._block_of(sample.points_mm[sample.on_ply, :2])
         on_ply = np.bincount(block, minlength=size)
-        block = block[used[on]]
+        block = block[used[sample.on_ply]]
         heights = _by_block(block, sample.height_mm[used])
         counts = np.bincount(block, minlength=size)
         numbers = np.flatnonzero((counts >= LEAST_POINTS) & (counts >= _LEAST_SHARE * on_ply))
@@ -117,10 +112,10 @@ class PlyZones:
             ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
         )
 
-    def most_marked(self, sample: Sample, on: Bools, marks: Bools, least: int) -> tuple[float, Place]:
-        """Return the largest share of marked points in a square with at least so many of them, and its middle."""
-        block, size = self._block_of(sample.points_mm[on, :2]), len(self._block_cells)
-        points, marked = (np.bincount(of, minlength=size) for of in (block, block[marks[on]]))
+    def most_marked(self, sample: Sample, least: int) -> tuple[float, Place]:
+        """Return the largest share of the reference's points in a square with so many at least, and its middle."""
+        block, size = self._block_of(sample.points_mm[sample.on_ply, :2]), len(self._block_cells)
+        points, marked = (np.bincount(of, minlength=size) for of in (block, block[sample.same[sample.on_ply]]))
         share = np.where(marked >= least, marked / np.maximum(points, 1), 0.0)
         number = int(np.argmax(share))
         middle = self._low + self.side_mm * (np.array([number % self._across, number // self._across]) + 0.5)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,8 +38,8 @@ class Sample:
     """Distance from point to point where they lie farthest apart, as between the lines of a line scanner."""
     apart_mm: float = 0.0
     """Distance of two layers in one list of points; 0: one layer. See `two_layers`."""
-    inside: WeakKeyDictionary[object, Bools] = field(default_factory=WeakKeyDictionary, repr=False)
-    """Results of `PlyZones.inside`, by the zones, kept because several checks ask for them."""
+    on_ply: Bools = field(default_factory=lambda: np.zeros(0, np.bool_))
+    """(N,) which of the points lie on the ply, well inside its outline; empty: not known yet."""
 
     def overview(self) -> Grid:
         """Return the heights as a coarse picture."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from debulk.arrays import Bools
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.ply_zones import PlyZones
+from debulk.inspection.evidence.ply_zones import INSET_MM, PlyZones
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.level import LIMITS, Deviation
 from debulk.inspection.place.level_step import Step, best_step
@@ -37,12 +36,12 @@ def stale_reason(share: float, place_mm: tuple[float, float]) -> str:
     )
 
 
-def few_squares_reason(zones: PlyZones, sample: Sample, on: Bools, *, share: float, outlined: bool) -> Reason:
+def few_squares_reason(zones: PlyZones, sample: Sample, *, share: float, outlined: bool) -> Reason:
     """Say why there are fewer squares of the ply than are needed, and what to do.
 
-    `on` are the points of the sample well inside the ply, `share` is that of the ply in the known squares.
+    `share` is that of the ply in the known squares.
     """
-    known, least = np.isfinite(sample.height_mm), LIMITS.least_squares
+    on, known, least = sample.on_ply, np.isfinite(sample.height_mm), LIMITS.least_squares
     each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2  # inf if hardly any point is known
     if not outlined or not on.any() or not _SEEN * zones.inner_mm2 <= np.count_nonzero(on) * each_mm2 < np.inf:
         what = f"between the pockets only {100 * share:.1f} % of it was seen by scan and reference"
@@ -52,11 +51,11 @@ def few_squares_reason(zones: PlyZones, sample: Sample, on: Bools, *, share: flo
         )
     elif zones.squares < least:
         what = (
-            f"the ply is too small, only {zones.squares} squares of {zones.side_mm:g} mm lie {zones.inset_mm:g} mm "
+            f"the ply is too small, only {zones.squares} squares of {zones.side_mm:g} mm lie {INSET_MM:g} mm "
             f"inside its outline, and {least} are needed"
         )
         remedy = "check that the outline is in mm"
-    elif len(zones.blocks(sample, on, on).height_mm) < least:
+    elif len(zones.blocks(sample, on).height_mm) < least:
         what = (
             f"the ply is a small part of the scan, only {np.count_nonzero(on)} of the {len(on)} points that are looked "
             "at for it lie well inside the outline"

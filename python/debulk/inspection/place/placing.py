@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,9 +79,11 @@ class Placing:
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> Sample:
         """Return the sample of a scan for all checks."""
         sample = sampled(scan, self._setup)
-        pitch_mm = pitch_of(sample.points_mm[self.zones.inside(sample), :2], sample.each)
+        on_ply = self.zones.inside(sample)
+        pitch_mm = pitch_of(sample.points_mm[on_ply, :2], sample.each)
         return replace(
             sample,
+            on_ply=on_ply,
             pitch_mm=pitch_mm,
             widest_mm=widest_mm(scan, pitch_mm, self._setup.pose, stop),
             apart_mm=layers_apart_mm(scan, self._setup, pitch_mm),
@@ -89,38 +91,38 @@ class Placing:
 
     def gross(self, sample: Sample) -> Placed | None:
         """Judge errors that no pocket can cause, so that pockets need not be looked for; None: no such error."""
-        on = self.zones.inside(sample)
+        finding = next(self._of_cloud(sample), None)
+        if finding is not None:
+            return Placed(None, finding)
+        off = departure(self._blocks(sample, ()), self._thickness_mm, self._least_mm)
+        if len(off) < LIMITS.least_squares or np.mean(np.abs(off) > self._tol_mm) <= LIMITS.ply_share:
+            return None
+        placed = self._judge(sample, ())
+        return placed if placed.finding else None
+
+    def _of_cloud(self, sample: Sample) -> Iterator[Finding]:
+        """Yield what is wrong with a cloud whatever its level is."""
+        on = sample.on_ply
         # Points beside the ply do not count, for both scans show the same surface there. Without an outline the ply may
         # be a small part of the scan, and nearly all points have to be the same.
         same = float(np.mean(sample.same[on])) if on.any() else 0.0
         limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
         if same > limit:
-            return Placed(None, Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit))
+            yield Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit)
         if self.outline is not None and not sample.rounded:
             limit = LIMITS.same_square
-            same, place = self.zones.most_marked(sample, on, sample.same, LIMITS.same_points)
+            same, place = self.zones.most_marked(sample, LIMITS.same_points)
             if same > limit:
-                return Placed(
-                    None,
-                    Finding("same_scan", Verdict.INVALID, stale_reason(same, place), same, limit, place_mm=place),
-                )
-        unit = unit_reason(sample.points_mm, self._wide_mm)
-        if unit:
-            return Placed(None, Finding("unit", Verdict.INVALID, unit.text, remedy=unit.remedy))
+                yield Finding("same_scan", Verdict.INVALID, stale_reason(same, place), same, limit, place_mm=place)
+        if unit := unit_reason(sample.points_mm, self._wide_mm):
+            yield Finding("unit", Verdict.INVALID, unit.text, remedy=unit.remedy)
         if sample.apart_mm > 0:
             reason = layers_reason(sample.apart_mm)
-            return Placed(None, Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm"))
-        coarse = coarse_reason(sample.widest_mm, int(on.sum()), self._recipe) if on.any() else ""
-        if coarse:
-            return Placed(None, Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}"))
+            yield Finding("two_layers", Verdict.INVALID, reason, sample.apart_mm, unit="mm")
+        if on.any() and (coarse := coarse_reason(sample.widest_mm, int(on.sum()), self._recipe)):
+            yield Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}")
         if self._steep is not None:
-            return Placed(None, self._steep)
-        blocks = self._blocks(sample, on, ())
-        off = departure(blocks, self._thickness_mm, self._least_mm)
-        if len(off) < LIMITS.least_squares or np.mean(np.abs(off) > self._tol_mm) <= LIMITS.ply_share:
-            return None
-        placed = self._judge(sample, ())
-        return placed if placed.finding else None
+            yield self._steep
 
     def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:
         """Judge the places of a map of heights where the ply is missing, lies double, or lies on something."""
@@ -172,23 +174,22 @@ class Placing:
         """Return by how much the reference stands above its surface beside an edge."""
         return edge.missed(self._setup.prepared.missed_mm, 0.5 * self._thickness_mm)
 
-    def _blocks(self, sample: Sample, on: NDArray[np.bool_], outlines: Sequence[Floats]) -> Blocks:
+    def _blocks(self, sample: Sample, outlines: Sequence[Floats]) -> Blocks:
         """Return the squares of the ply outside the outlines, without the bare mold if the ply's outline is unknown."""
-        used = on & off_pockets(sample.points_mm, outlines)
+        used = sample.on_ply & off_pockets(sample.points_mm, outlines)
         if self.outline is None:
             above_mm = sample.height_mm - self._setup.prepared.bare_mm(sample.points_mm[:, :2])
             bare = np.abs(above_mm) <= self._tol_mm
             if np.count_nonzero(bare & used) < LIMITS.bare_share * np.count_nonzero(used):
                 used &= ~bare
-        return self.zones.blocks(sample, on, used)
+        return self.zones.blocks(sample, used)
 
     def _judge(self, sample: Sample, outlines: Sequence[Floats]) -> Placed:
         recipe, zones = self._recipe, self.zones
-        on = zones.inside(sample)
-        blocks = self._blocks(sample, on, outlines)
+        blocks = self._blocks(sample, outlines)
         if len(blocks.height_mm) < LIMITS.least_squares:
             outlined = self.outline is not None
-            reason = few_squares_reason(zones, sample, on, share=blocks.ply_share, outlined=outlined)
+            reason = few_squares_reason(zones, sample, share=blocks.ply_share, outlined=outlined)
             return Placed(None, Finding("level", Verdict.INVALID, reason.text, remedy=reason.remedy))
         found = deviation(blocks, self._thickness_mm, self._least_mm)
         level = level_of(found, self._thickness_mm, self._tol_mm)
