@@ -46,7 +46,8 @@ def seen_of(found: FoundPocket) -> PocketReport:
 
 def not_evaluated(seen: PocketReport, judged: Judgement) -> Evaluation:
     """Report a judgement that needed no model of the ply."""
-    return Evaluation(replace(seen, verdict=judged.verdict, reason=judged.reason, remedy=judged.remedy))
+    decided = {name: getattr(judged, name) for name in ("verdict", "reason", "remedy", "decided_by")}
+    return Evaluation(replace(seen, **decided))
 
 
 def refused(seen: PocketReport, why: str, remedy: str = "") -> Evaluation:

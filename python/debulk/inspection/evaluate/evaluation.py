@@ -104,7 +104,6 @@ class _ClosedRim:
         judged = _with_joined(decided.judged, self.found)
         report = replace(
             not_evaluated(self.seen, judged).report,
-            decided_by=judged.decided_by,
             excess=decided.excess,
             bridge_section=decided.bridge.section,
             **self.watch.figures(),
@@ -141,7 +140,6 @@ class _ClosedRim:
         by_rule = _with_joined(ends.judged, self.found)
         report = replace(
             not_evaluated(self.seen, by_rule).report,
-            decided_by=by_rule.decided_by,
             paper_verdict=by_paper.verdict,
             excess=known,
             ridges=() if known is None else self._ridges(laid, known),
@@ -172,7 +170,7 @@ class _ClosedRim:
         given = laid.sheet, laid.recipe, self._timed(laid), self.stop
         with self.watch.step("solve"):
             settled = starts.settle(*given, judged_as=judged_as, for_the_picture=for_the_picture)
-        return settled, settled.cut or (self.stop.past_deadline and not settled.solution.certified)
+        return settled, settled.late(self.stop)
 
 
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:

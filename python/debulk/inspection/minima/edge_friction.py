@@ -58,7 +58,7 @@ def at_both_ends(
         stop,
         judged_as=laid.without_bridge,
     )
-    late = held.cut or (stop.past_deadline and not held.solution.certified)
+    late = held.late(stop)
     if_held = laid.judge(held.solution, held.every, bridge=bridge, deadline_passed=late)
     counted = slipping.and_of(held) if held.solution.certified else slipping
     if if_held.verdict is Verdict.CEASE:

@@ -54,6 +54,10 @@ class Settled:
         """Also count the minima of the same net under another friction; the best solution stays."""
         return replace(self, counted=self.counted + other.counted, every=self.every + other.every)
 
+    def late(self, stop: _core.Stop) -> bool:
+        """Return whether the stop's deadline cut off starts, or the best solution before it was certified."""
+        return self.cut or (stop.past_deadline and not self.solution.certified)
+
     @property
     def rms_mm(self) -> Range:
         """Least and greatest RMS over the certified starts."""
