@@ -16,6 +16,16 @@ _every: set[_core.Stop] = set()  # of all running calls of this process
 _exiting = False
 
 
+def stop_after(deadline_s: float | None) -> _core.Stop:
+    """Return a stop whose deadline passes so many seconds from now; None: it has no deadline."""
+    stop = _core.Stop()
+    if deadline_s is not None:
+        if not deadline_s > 0:
+            raise _core.InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
+        stop.set_deadline(deadline_s)
+    return stop
+
+
 class Running:
     """The stops of the running calls of one object, so that one `cancel` ends them all."""
 

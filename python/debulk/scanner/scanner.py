@@ -17,7 +17,7 @@ from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, de
 from debulk.scanner.faults import ClearPixels, clear_pixels
 from debulk.scanner.inputs import Image, InputError, Stack, checked_periods, checked_stack, checked_steps, whole
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
-from debulk.stopping import Running
+from debulk.stopping import Running, stop_after
 from debulk.workers import Workers
 
 Progress = Callable[[str, float], None]
@@ -184,11 +184,7 @@ class Scanner:
         out: tuple[Singles, Singles] | None,
         before: Sequence[Before] = (_NOTHING, _NOTHING),
     ) -> Scan:
-        stop = _core.Stop()
-        if deadline_s is not None:
-            if not deadline_s > 0:
-                raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
-            stop.set_deadline(deadline_s)
+        stop = stop_after(deadline_s)
         report = progress or (lambda stage, done: None)
         with self._busy.held(), self._running.holding(stop):
             try:

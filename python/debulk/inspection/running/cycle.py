@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from debulk import _core
-from debulk._core import InputError
 from debulk.results.finding import Finding
-from debulk.stopping import known
+from debulk.stopping import known, stop_after
 from debulk.verdict import Verdict
 from debulk.workers import Workers
 
@@ -31,11 +30,7 @@ class Cycle:
     """The clock of one inspection, from now to a deadline, if there is one."""
 
     def __init__(self, deadline_s: float | None = None, progress: Progress | None = None) -> None:
-        self.stop = _core.Stop()
-        if deadline_s is not None:
-            if not deadline_s > 0:
-                raise InputError(f"deadline_s: expected a positive number of seconds, but got {deadline_s!r}")
-            self.stop.set_deadline(deadline_s)
+        self.stop = stop_after(deadline_s)
         self.current = ""
         self._progress = progress
         self._stages: dict[str, float] = {}
