@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from debulk import arrays
 from debulk.arguments import typed
 from debulk.arrays import Floats, Singles
 from debulk.files.replacing import write_text
+from debulk.files.table import read_small_text
 from debulk.scanner.board_places import BoardPlace
 from debulk.scanner.certainty import BUMP_MM, Certainty
 from debulk.scanner.inputs import InputError, checked_pixels
@@ -89,16 +91,16 @@ class Calibration:
         remarks: Sequence[str] = (),
         projector: Projector | None = None,
     ) -> None:
-        self.camera_matrices = _numbers("camera_matrices", camera_matrices, (2, 3, 3))
-        self.distortions = _numbers("distortions", distortions, (2, None))
+        self.camera_matrices = _numbers(camera_matrices, "camera_matrices", (2, 3, 3))
+        self.distortions = _numbers(distortions, "distortions", (2, None))
         if self.distortions.shape[1] not in _DISTORTIONS:
             raise InputError(
                 f"distortions: expected two rows of {_DISTORTIONS} numbers, but got {self.distortions.shape[1]}"
             )
-        self.rotation = _numbers("rotation", rotation, (3, 3))
+        self.rotation = _numbers(rotation, "rotation", (3, 3))
         if np.abs(self.rotation @ self.rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(self.rotation) < 0:
             raise InputError("rotation: expected a rotation, but got a matrix that is none")
-        self.translation_mm = _numbers("translation_mm", np.reshape(translation_mm, -1), (3,))
+        self.translation_mm = _numbers(np.reshape(translation_mm, -1), "translation_mm", (3,))
         if not np.linalg.norm(self.translation_mm) > 0:
             raise InputError("translation_mm: expected the way between the cameras in mm, but got zero")
         for matrix in self.camera_matrices:
@@ -176,10 +178,8 @@ class Calibration:
     def load(cls, path: str | PathLike[str]) -> Calibration:
         """Read a calibration that `save` wrote; raises a debulk.InputError that names the file."""
         try:
-            data = json.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except ValueError as error:
+            data = json.loads(read_small_text(Path(path)))
+        except json.JSONDecodeError as error:
             raise InputError(f"{path}: expected a calibration as JSON, but got {error}") from None
         if not isinstance(data, dict) or data.get("debulk scanner calibration") != _VERSION:
             raise InputError(f"{path}: expected a debulk scanner calibration of version {_VERSION}")
@@ -312,12 +312,5 @@ def _table(name: str, data: Mapping[str, Any], *kinds: type) -> dict[str, Any]:
     return value
 
 
-def _numbers(name: str, value: Any, shape: tuple[int | None, ...]) -> Floats:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers of shape {shape}, but got something else") from None
-    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
-    if not fits or not np.isfinite(array).all():
-        raise InputError(f"{name}: expected finite numbers of shape {shape}, but got shape {array.shape}")
-    return array
+def _numbers(value: Any, name: str, shape: tuple[int | None, ...]) -> Floats:
+    return arrays.numbers(value, name, shape, f"finite numbers of shape {shape}").copy()
