@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from typing import Any
 
+from debulk.results.approval import recipe_hash
 from debulk.results.chain import ChainReport
 from debulk.results.comparison import ComparisonData
 from debulk.results.report import ReportData
@@ -57,14 +57,12 @@ def title_block(
     """Return the entries of the title block of a filed page; an empty one leaves room to write."""
     context = dict(trace.context) if trace else {}
     told = {name: _text(context.get(name, "")) for name in ("part", "ply", "operator")}
-    text = json.dumps(recipe, sort_keys=True, default=str)
-    named = source.get("recipe", "")
-    print_ = f"SHA-256 {hashlib.sha256(text.encode()).hexdigest()[:16]}" if recipe else ""
+    print_ = f"SHA-256 {recipe_hash(recipe)[:16]}" if recipe else ""
     return [
         ("part", told["part"]),
         ("ply", told["ply"]),
         ("inspected (UTC)", trace.time_utc[:19].replace("T", " ") if trace else ""),
-        ("recipe", " · ".join(filter(None, [named, print_]))),
+        ("recipe", " · ".join(filter(None, [source.get("recipe", ""), print_]))),
         ("recipe approved by", _text(context.get("recipe approved by", ""))),
         ("software", f"debulk {version}"),
         ("operator", told["operator"]),

@@ -20,6 +20,7 @@ from debulk.page.render import margin
 from debulk.page.report import _drawings, page
 from debulk.page.scales import colours, ridge_colours
 from debulk.report import Report
+from debulk.results.approval import recipe_hash
 from debulk.results.bridge_section import BridgeSection
 from debulk.results.check_texts import CHECK_TEXTS
 from debulk.results.finding import Finding
@@ -31,6 +32,10 @@ from html_reader import read
 @pytest.fixture(scope="module")
 def html(report):
     return page(report)
+
+
+def test_the_title_block_has_the_hash_by_which_a_recipe_is_approved(html, report):
+    assert f"SHA-256 {recipe_hash(report.recipe)[:16]}" in html
 
 
 def test_the_page_loads_nothing(html):
