@@ -13,7 +13,6 @@ from pockets import LIMIT_EXCESS_MM, Pocket, all_pockets
 from tables import Table, build
 
 from debulk import _core, net, ridge, section, sheet, solve, verdict
-from debulk.inspection.lines.by_runs import criteria
 from debulk.inspection.minima import starts
 from debulk.recipe import Recipe
 
@@ -71,7 +70,7 @@ def run(pocket: Pocket) -> dict[str, object]:
         ridge_range_mm=found.ridge_mm,
         bridge_range_mm=found.bridge_mm,
         compliant=found.solution.certificate.compliant,
-        criteria=criteria(recipe),
+        criteria=verdict.criteria_of(recipe),
     )
     held = excess.largest(laid, pocket.reference)
     return {

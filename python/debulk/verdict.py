@@ -7,10 +7,14 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from typing import TYPE_CHECKING, Literal
 
 from debulk import _core
 from debulk.arguments import check_fields, typed
 from debulk.arrays import same_named
+
+if TYPE_CHECKING:
+    from debulk.recipe import Recipe
 
 __all__ = ["Criteria", "Judgement", "RidgeBounds", "Verdict", "excess_bounds", "judge", "judge_layup", "natural_length"]
 
@@ -116,6 +120,14 @@ class Criteria:
     def from_core(cls, compiled: _core.verdict.Criteria) -> Criteria:
         """Wrap compiled criteria, whose fields have the same names."""
         return cls(**same_named(cls, compiled, "criterion"), criterion=compiled.criterion.name.lower())
+
+
+@functools.lru_cache(maxsize=16)  # each pocket asks for them several times
+def criteria_of(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> Criteria:
+    """Take the limits from the recipe, and the criterion, too, unless another is given."""
+    from debulk.recipe import options
+
+    return Criteria.from_core(options.criteria(recipe, criterion))
 
 
 @functools.lru_cache(maxsize=16)  # each pocket is judged several times by the same ones

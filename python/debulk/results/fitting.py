@@ -13,7 +13,7 @@ from debulk.results.bridge_section import BridgeSection
 from debulk.results.compose import compose
 from debulk.results.edge_friction import edge_friction_line
 from debulk.results.half_seen import HalfSeen, at_best, half_seen_line, or_undecided
-from debulk.verdict import Criteria, Verdict, judge
+from debulk.verdict import Verdict, criteria_of, judge
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -87,7 +87,6 @@ def _check_complete(pockets: Sequence[PocketReport]) -> None:
 
 
 def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
-    limits = _criteria(recipe)
     solve, excess = pocket.solve, pocket.excess
     rms, ridge, bridge = (
         math.nan if value is None else value
@@ -106,7 +105,7 @@ def _check_ceases(pocket: PocketReport, recipe: Recipe) -> None:
             inside_ply=excess is not None or pocket.decided_by == "excess",
             excess_range_mm=None if excess is None else excess.range_mm,
             bridge_range_mm=None if pocket.bridge_section is None else pocket.bridge_section.range_mm,
-            criteria=limits,
+            criteria=criteria_of(recipe),
         )
     except InputError as error:
         raise InputError(f"pockets[{pocket.id - 1}].{error}; {_REMEDY}") from None
@@ -161,9 +160,3 @@ def _recipe(report: ReportData) -> Recipe:
         return Recipe(**report.recipe)
     except InputError as error:
         raise InputError(f"recipe: {error}") from None
-
-
-def _criteria(recipe: Recipe) -> Criteria:
-    from debulk.recipe import options
-
-    return Criteria.from_core(options.criteria(recipe))

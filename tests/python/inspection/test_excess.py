@@ -9,9 +9,9 @@ import pytest
 
 from debulk import InputError, Inspector, Recipe, Report, Verdict, scenes
 from debulk.inspection.evaluate import evaluation
-from debulk.inspection.lines.by_runs import criteria
 from debulk.inspection.minima.laid_pocket import LaidPocket
 from debulk.report import PocketReport
+from debulk.verdict import criteria_of
 
 FEW = {"segmentation": {"area_tol_mm2": 1500.0}}
 
@@ -272,5 +272,5 @@ def test_an_unknown_criterion_is_named():
 
 def test_the_limits_of_a_recipe_are_compiled_once():
     recipe = Recipe(verdict={"max_ridge_mm": 0.7})
-    assert criteria(recipe) is criteria(recipe) is not criteria(recipe, "paper")
-    assert criteria(Recipe()).max_ridge_height_mm == 0.6 != criteria(recipe).max_ridge_height_mm
+    assert criteria_of(recipe) is criteria_of(recipe) is not criteria_of(recipe, "paper")
+    assert criteria_of(Recipe()).max_ridge_height_mm == 0.6 != criteria_of(recipe).max_ridge_height_mm

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.lines.by_runs import criteria
 from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
 from debulk.results.deciding import worst_first
 from debulk.results.finding import Finding
-from debulk.verdict import Judgement, Verdict, judge_layup
+from debulk.verdict import Judgement, Verdict, criteria_of, judge_layup
 
 _GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
 _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is not given; give it")
@@ -18,7 +17,7 @@ _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is n
 
 def coverage(seen: Seen) -> list[Finding]:
     """Return INVALID if too little of the ply was seen; its reason says if the reference is the cause, or another."""
-    found, limits = seen.found, criteria(seen.ply.recipe)
+    found, limits = seen.found, criteria_of(seen.ply.recipe)
     share, known, least = found.unseen.coverage, found.unseen.reference_coverage, limits.min_coverage
     if share >= least:
         return []
@@ -47,7 +46,7 @@ def counts(seen: Seen) -> bool:
 
 def pockets(seen: Seen) -> list[Finding]:
     """Return the verdict of the worst pocket."""
-    limits, reports = criteria(seen.ply.recipe), worst_first(seen.judged.reports)
+    limits, reports = criteria_of(seen.ply.recipe), worst_first(seen.judged.reports)
     share = max(seen.found.unseen.coverage, limits.min_coverage)  # too little of it is a finding of its own
     judged = judge_layup([(p.id, Judgement(p.verdict, p.reason)) for p in reports], share, limits)
     return [Finding("pockets", judged.verdict, judged.reason, pocket=reports[0].id if reports else None)]

@@ -18,12 +18,11 @@ from debulk.grid import Grid
 from debulk.inspection.evaluate.evaluated import Evaluation, refused
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
-from debulk.inspection.lines.by_runs import criteria
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
 from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_names
 from debulk.results.report import PocketReport
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Judgement, Verdict, criteria_of
 
 Heights = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -75,11 +74,14 @@ def _ways(hole: PocketHoles, ply: PlyOnMold, stop: _core.Stop) -> Iterator[tuple
     """Yield each way with the window's heights; None if the known heights round the hole do not determine them."""
     unknown, known = hole.unknown.view(np.uint8), np.asarray(hole.heights.values, dtype=np.float32)
     low_mm = np.float32(ply.recipe.material.thickness_mm)
-    plate = _core.surface.bridged(known, unknown, _PLATE, stop)
-    yield _FILLED, None if plate is None else np.where(hole.unknown, np.maximum(plate, low_mm), known)
+
+    def bridged(weight: float) -> Heights | None:
+        heights = _core.surface.bridged(known, unknown, weight, stop)
+        return None if heights is None else np.where(hole.unknown, np.maximum(heights, low_mm), known)
+
+    yield _FILLED, bridged(_PLATE)
     yield _ON_MOLD, np.where(hole.unknown, low_mm, known)
-    membrane = _core.surface.bridged(known, unknown, _MEMBRANE, stop)
-    yield _SPANNED, None if membrane is None else np.where(hole.unknown, np.maximum(membrane, low_mm), known)
+    yield _SPANNED, bridged(_MEMBRANE)
 
 
 def _pieces(
@@ -128,7 +130,7 @@ def _of_all(seen: PocketReport, half: HalfSeen, evaluations: dict[str, list[Eval
         judgement = Judgement(max(Verdict.UNDECIDED, best), cut.report.reason)
     elif best is not Verdict.CREASE and seen.measured_share < limits.min_pocket_coverage:
         # Not asked of CREASE: however little of a pocket was seen, that part may show that it creases.
-        judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria(ply.recipe))
+        judgement = verdict.judge(certified=False, coverage=seen.measured_share, criteria=criteria_of(ply.recipe))
         reason = f"{judgement.reason}: {names} borders on it, {_AGAIN}; {said}"
         judgement = Judgement(judgement.verdict, reason, remedy=_AGAIN)
     elif len({way.verdict for way in half.ways}) > 1:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from debulk import _core, pocket, verdict
 from debulk.fibre import FibreRuns
@@ -15,7 +13,7 @@ from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import Recipe, options
 from debulk.results.bridge_section import bridge_section_line
 from debulk.results.report import ExcessReport
-from debulk.verdict import Judgement, Verdict
+from debulk.verdict import Judgement, Verdict, criteria_of
 
 _DENSER = "give a denser scan"
 _OUTLINE = "give the ply's outline"
@@ -56,10 +54,10 @@ def by_runs(found: FoundPocket, ply: PlyOnMold, stop: _core.Stop) -> ByRuns:
         inside_ply=True,
         excess_range_mm=known.range_mm,
         bridge_range_mm=bridge.range_mm,
-        criteria=criteria(recipe),
+        criteria=criteria_of(recipe),
     )
     alone = verdict.judge(
-        certified=False, inside_ply=True, excess_range_mm=known.range_mm, criteria=criteria(recipe, "excess")
+        certified=False, inside_ply=True, excess_range_mm=known.range_mm, criteria=criteria_of(recipe, "excess")
     )
     known = replace(known, verdict=alone.verdict)
     judged = with_section(judged, bridge, recipe)
@@ -81,18 +79,12 @@ def with_section(judged: Judgement, bridge: Bridge, recipe: Recipe, *, compliant
         excess_range_mm=(0.0, 0.0),
         bridge_range_mm=bridge.range_mm,
         compliant=compliant,
-        criteria=criteria(recipe, "excess"),
+        criteria=criteria_of(recipe, "excess"),
     )
     if alone.verdict is not judged.verdict:
         return judged
     reason = f"{judged.reason}; {bridge_section_line(bridge.section)}"
     return replace(judged, reason=reason, remedy=_SMOOTH_IN if judged.verdict is Verdict.UNDECIDED else judged.remedy)
-
-
-@functools.lru_cache(maxsize=16)  # each pocket asks for them several times
-def criteria(recipe: Recipe, criterion: Literal["excess", "paper"] | None = None) -> verdict.Criteria:
-    """Take the limits from the recipe, and the criterion, too, unless another is given."""
-    return verdict.Criteria.from_core(options.criteria(recipe, criterion))
 
 
 def _ends_above(runs: FibreRuns, recipe: Recipe) -> bool:

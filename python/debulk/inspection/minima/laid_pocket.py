@@ -11,7 +11,7 @@ import numpy as np
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.lines.bridges import Bridge
-from debulk.inspection.lines.by_runs import criteria, surely_held, with_section
+from debulk.inspection.lines.by_runs import surely_held, with_section
 from debulk.inspection.minima.starts import Figures, spread
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_angles import angles_at
@@ -90,7 +90,7 @@ class LaidPocket:
             coverage=self.measured_share,
             closed_rim=self.closed_rim,
             refused=solution.explanation if solution.status in REFUSED else "",
-            criteria=criteria(self.recipe, criterion),
+            criteria=verdict.criteria_of(self.recipe, criterion),
         )
         if bridge is not None:
             judged = with_section(judged, bridge, self.recipe, compliant=solution.certificate.compliant)
