@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 __all__ = ["ElasticFold", "Fold", "LoadStep", "elastic_fold", "elastic_height", "fold"]
 
 # The closed form for small excess (docs/model.md, section 6): h / l over (excess / l)^(4/7), foot width / l over
-# (excess / l)^(1/7), and the largest slope over (excess / l)^(3/7). That slope is where cos ks = cos k, k = 4.4934, and
-# is 2 pi P / sqrt(H^3 / c).
-_SMALL_HEIGHT, _SMALL_WIDTH = 1.3256, 4.844
-_SMALL_SLOPE = 2 * math.pi / 3.441**1.5
+# (excess / l)^(1/7), the end force H / (P l) over (excess / l)^(-2/7), and the largest slope over (excess / l)^(3/7).
+# That slope is where cos ks = cos k, k = 4.4934, and is 2 pi P / sqrt(H^3 / c).
+_SMALL_HEIGHT, _SMALL_WIDTH, SMALL_FORCE = 1.3256, 4.844, 3.441
+_SMALL_SLOPE = 2 * math.pi / SMALL_FORCE**1.5
 # By excess / l: height, foot width and largest slope of `fold` (following pressure, consistent bending, a flat mold, a
 # span of 14 l; 400 segments for the height, 1000 for the others), divided by those of the closed form. Without the
 # thickness, folds of all plies are alike in units of l.

@@ -24,9 +24,8 @@ def transfer(sigma_mm: float) -> tuple[Transfer, ...]:
     """
     out = []
     for width in _WIDTHS_MM:
-        _, bump = _section("ridge", width, 0.0, sigma_mm)
         _, blurred = _section("ridge", width, sigma_mm, sigma_mm)
-        left = float(np.sum(np.diff(blurred) ** 2) / np.sum(np.diff(bump) ** 2))
+        left = excess_left(1.0, sigma_mm, width)
         out.append(Transfer(width_mm=width, height=float(blurred.max()), excess=left))
     return tuple(out)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.clouds.thinning import complete, thinned
+from debulk.inspection.rawscan.shared_noise import spread_over
 
 _SIDE = 16  # points along the side of a window
 _WINDOWS = 64  # at most
-_TURN = 0.618034  # share of all places from one that is taken to the next, so that no pattern of rows repeats
 _MOST_POINTS = 320  # of a window of a list of points; of more, every second is taken, or every third, and so on
 
 
@@ -33,7 +32,7 @@ def _squares(scan: Cloud, on_ply: Callable[[Cloud], Bools]) -> list[Cloud]:
     middles = scan[at[:, 0] + _SIDE // 2, at[:, 1] + _SIDE // 2]
     seen = complete(np.isfinite(middles))
     at = at[seen][on_ply(middles[seen])]
-    return [scan[i : i + _SIDE, j : j + _SIDE].reshape(-1, 3) for i, j in at[_some(len(at))]]
+    return [scan[i : i + _SIDE, j : j + _SIDE].reshape(-1, 3) for i, j in at[np.unique(spread_over(len(at), _WINDOWS))]]
 
 
 def _cells(scan: Cloud, on_ply: Callable[[Cloud], Bools], side_mm: float) -> list[Cloud]:
@@ -44,7 +43,7 @@ def _cells(scan: Cloud, on_ply: Callable[[Cloud], Bools], side_mm: float) -> lis
         return []
     origin = few[:, :2].min(axis=0)
     chosen = np.unique(np.floor((few[:, :2] - origin) / side_mm).astype(np.int64), axis=0)
-    chosen = chosen[_some(len(chosen))]
+    chosen = chosen[np.unique(spread_over(len(chosen), _WINDOWS))]
     wide, tall = chosen.max(axis=0) + 1
     number = np.full((wide, tall), -1)
     number[chosen[:, 0], chosen[:, 1]] = np.arange(len(chosen))
@@ -56,8 +55,3 @@ def _cells(scan: Cloud, on_ply: Callable[[Cloud], Bools], side_mm: float) -> lis
     order = np.argsort(of, kind="stable")
     groups = np.split(inside[order], np.cumsum(np.bincount(of, minlength=len(chosen)))[:-1])
     return [scan[one[:: max(1, -(-len(one) // _MOST_POINTS))]] for one in groups]
-
-
-def _some(count: int) -> NDArray[np.int64]:
-    """Return the numbers of at most so many windows, spread over all of `count` places."""
-    return np.unique((_TURN * count * np.arange(min(_WINDOWS, count))).astype(np.int64) % max(count, 1))

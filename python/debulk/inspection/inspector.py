@@ -16,6 +16,7 @@ from debulk import _core, surface
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
 from debulk.comparison import Comparison
+from debulk.files.replacing import check_ending
 from debulk.forking import Guard
 from debulk.grid import Grid
 from debulk.history.kept import history_of
@@ -228,8 +229,7 @@ class Inspector:
             If the path does not end in .npz, or the file cannot be written.
         """
         path = Path(path)
-        if path.suffix.lower() != ".npz":
-            raise InputError(f"{path}: expected a file ending in .npz")
+        check_ending(path, ".npz")
         inspector_file.write(self._given, path)
 
     @classmethod

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from debulk.recipe.section import Section
 
 Options = TypeVar("Options")
-_LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
+LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
 _SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
 _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
@@ -82,7 +82,7 @@ def feet(recipe: Recipe) -> _core.pocket.FootOptions:
 
 def level_tol_mm(recipe: Recipe) -> float:
     """Return how far, mm, the ply may lie off its thickness: `level.tol_mm`, but at most 0.35 of the thickness."""
-    return min(recipe.level.tol_mm, _LEVEL_SHARE * recipe.material.thickness_mm)
+    return min(recipe.level.tol_mm, LEVEL_SHARE * recipe.material.thickness_mm)
 
 
 def counts_from_mm(recipe: Recipe) -> float:

@@ -120,12 +120,14 @@ def level_off(report: ReportData) -> bool:
 
 def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:
     """Tell whether the ply between the pockets is farther from its thickness than the recipe allows."""
+    from debulk.recipe.options import LEVEL_SHARE
+
     allowed = recipe.get("level", {})
     tol_mm, share = allowed.get("tol_mm"), allowed.get("largest_share")
     if tol_mm is None or share is None:
         return False
     wrong = level.low_share + level.high_share - level.loose_share
-    most_mm = min(tol_mm, 0.35 * level.thickness_mm)  # as the inspection takes it
+    most_mm = min(tol_mm, LEVEL_SHARE * level.thickness_mm)
     return bool(abs(level.laid_mm - level.thickness_mm) > most_mm or wrong > share)
 
 

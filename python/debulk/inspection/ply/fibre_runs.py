@@ -18,6 +18,7 @@ from debulk.grid import Grid
 from debulk.inspection.ply import excess
 from debulk.pocket import Feet, Segmentation
 from debulk.recipe import Recipe, options
+from debulk.section import SMALL_FORCE
 from debulk.surface import Reference
 from debulk.verdict import natural_length
 
@@ -124,4 +125,4 @@ def friction_length(recipe: Recipe) -> float:
         return math.inf
     natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
     held_mm = max(excess.of_ridge(recipe.verdict.max_ridge_mm, recipe), 1e-3 * natural_mm)
-    return 3.441 * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
+    return SMALL_FORCE * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)

@@ -129,7 +129,6 @@ def _between(heights: Grid, xy_mm: Floats) -> Floats:
 
 def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[LeftOut, ...]:
     """Name the bumps on which no net could be laid, and what was not seen, or not looked for."""
-    example = f"a fibre over a bell so wide, {_BELL_MM:g} mm high, is "
     if not np.isfinite(standing.sample_mm):
         if found.part is None:
             return standing.left_out
@@ -138,8 +137,7 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
         unseen = LeftOut(
             what=f"bumps narrower than {wide_mm:.2g} mm at their foot",
             why=f"the heights are {heights_mm:.2g} mm apart, and the filters take what is so narrow for noise",
-            bound=f"none: {example}{bell_excess_mm(_BELL_MM, wide_mm):.2g} mm longer than the mold, and over a higher "
-            "one more",
+            bound=_not_bounded(wide_mm),
         )
         return (*standing.left_out, unseen)
     wide_mm, fold_mm = (n * max(1.0, standing.sample_mm) for n in (LIMITS.bump_samples, LIMITS.across_samples))
@@ -148,8 +146,7 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
         "and both beside a hole",
         why=f"the raw scan was searched every {standing.sample_mm:.2g} mm, and what covers so few samples cannot be "
         "distinguished from flying pixels",
-        bound=f"none: {example}{bell_excess_mm(_BELL_MM, wide_mm):.2g} mm longer than the mold, and over a higher one "
-        "more",
+        bound=_not_bounded(wide_mm),
     )
     bumps = (
         LeftOut(
@@ -163,6 +160,14 @@ def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[
         if not one.place.is_wrinkle
     )
     return (*bumps, unseen)
+
+
+def _not_bounded(wide_mm: float) -> str:
+    longer_mm = bell_excess_mm(_BELL_MM, wide_mm)
+    return (
+        f"none: a fibre over a bell so wide, {_BELL_MM:g} mm high, is {longer_mm:.2g} mm longer than the mold, and "
+        "over a higher one more"
+    )
 
 
 def _named(place: Narrow) -> str:

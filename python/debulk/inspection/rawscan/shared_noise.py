@@ -38,8 +38,13 @@ class Limits:
 
 LIMITS = Limits()
 MIDDLE = 6  # rows and columns from a square's first pixel to that which shows whether it lies on the ply
-_TURN = 0.618034  # share of all squares from one that is looked at to the next, so that no pattern of rows repeats
+_TURN = 0.618034  # share of all places from one that is taken to the next, so that no pattern of rows repeats
 _FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+
+
+def spread_over(count: int, most: int) -> Whole:
+    """Return the numbers of at most so many places, spread over all of `count`."""
+    return np.asarray((_TURN * count * np.arange(min(most, count))).astype(np.int64) % max(1, count))
 
 
 def squares_on(scan: Cloud, pitch_mm: float, wide_mm: float, on_ply: Callable[[Cloud], Bools]) -> Whole:
@@ -67,8 +72,7 @@ def noise_is_shared(image: CloudImage, squares: Whole, step: int) -> bool | None
 
     `squares` (N, 2) are rows and columns of the first pixels of squares on the ply.
     """
-    count = len(squares)
-    some = squares[(_TURN * count * np.arange(min(LIMITS.most_squares, count))).astype(np.int64) % max(1, count)]
+    some = squares[spread_over(len(squares), LIMITS.most_squares)]
     given = _depths(image.points, some, step)
     rounded_mm = step_of(given[np.isfinite(given)].astype(np.float32))
     near, far = (_depths(image.heights, some, apart) for apart in (step, 2 * step))
