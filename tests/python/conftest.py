@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from dataclasses import fields
+
+# Before NumPy is imported. Tests multiply whole clouds by small matrices; a second thread of BLAS mostly waits then, in
+# a loop that takes a core from the other worker. test_products.py starts two, and shows that no inspection wakes them.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pytest

@@ -33,17 +33,19 @@ def inspector() -> debulk.Inspector:
 
 
 @cache
-def _laid() -> tuple[Floats, Floats, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the points (N, 3) of the ply without any shape, their rays, which lie on the ply, and which are seen."""
+def _laid() -> tuple[Floats, Floats, NDArray[np.intp], Floats, NDArray[np.bool_]]:
+    """Return the seen points (N, 3) of a ply without any shape, their rays, which are on it and where; what is seen."""
     pose = layup().mold_from_scanner
     points = layup().reference.reshape(-1, 3).astype(np.float64) @ pose[:3, :3].T + pose[:3, 3]
     seen = np.isfinite(points).all(axis=1)
     at = points[seen]
     rays = at - pose[:3, 3]
     rays /= np.linalg.norm(rays, axis=1)[:, None]
-    inside = pocket.inside(layup().ply_outline, at[:, :2])
-    _lift(at, rays, np.flatnonzero(inside), lambda x, y: np.zeros_like(x))
-    return at, rays, inside, seen
+    on_ply = np.flatnonzero(pocket.inside(layup().ply_outline, at[:, :2]))
+    _lift(at, rays, on_ply, lambda x, y: np.zeros_like(x))
+    places = np.ascontiguousarray(at[on_ply, :2].T)
+    places.setflags(write=False)  # shapes are given it
+    return at, rays, on_ply, places, seen
 
 
 def _lift(at: Floats, rays: Floats, those: NDArray[np.intp], shape: Shape) -> None:
@@ -58,10 +60,9 @@ def _lift(at: Floats, rays: Floats, those: NDArray[np.intp], shape: Shape) -> No
 
 def scan(shape: Shape, noise_mm: float = 0.02, seed: int = 0) -> NDArray[np.float32]:
     """Move each point of the reference along its ray to where the ply is: a thickness and the shape above the mold."""
-    laid, rays, inside, seen = _laid()
+    laid, rays, on_ply, places, seen = _laid()
     at = laid.copy()
-    on_ply = np.flatnonzero(inside)
-    _lift(at, rays, on_ply[np.abs(shape(*at[on_ply, :2].T)) > _NOTHING_MM], shape)
+    _lift(at, rays, on_ply[np.abs(shape(*places)) > _NOTHING_MM], shape)
     at += rays * np.random.default_rng(seed).normal(0.0, noise_mm, len(at))[:, None]
     pose, points = layup().mold_from_scanner, np.full((len(seen), 3), np.nan)
     points[seen] = (at - pose[:3, 3]) @ pose[:3, :3]

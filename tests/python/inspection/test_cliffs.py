@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import debulk
-from debulk import Verdict
+from debulk import Inspector, Verdict
 from lab.varied import faults, molds, varied_layup
 from lab.varied.layup import _bumps
 from lab.varied.ply import Ply
@@ -23,8 +23,11 @@ def layup():
     )
 
 
-def inspected(layup, outline):
-    return debulk.inspect(layup.scan, layup.reference, None, outline, layup.fibre_angles_deg, layup.mold_from_scanner)
+def inspected(layup, *outlines):
+    """Return a report with each of these outlines, on a mold that is prepared once."""
+    pose = layup.mold_from_scanner
+    mold = Inspector(None, layup.reference, mold_from_scanner=pose).prepared
+    return [Inspector(None, mold, of, layup.fibre_angles_deg, pose).inspect(layup.scan) for of in outlines]
 
 
 def is_true(layup, pocket):
@@ -33,7 +36,7 @@ def is_true(layup, pocket):
 
 
 def test_what_stands_up_at_a_cliff_is_no_pocket(layup):
-    report = inspected(layup, layup.ply_outline)
+    (report,) = inspected(layup, layup.ply_outline)
     highest = max(p.peak_mm for p in layup.truth.pockets)
     assert report.pockets
     for one in report.pockets:
@@ -76,7 +79,7 @@ SEEN_ASKEW = [(22, 15, 30, True), (23, 40, 10, False), (24, 200, 20, False), (25
 @pytest.mark.parametrize(("seed", "cliff_mm", "tilt_deg", "wide"), SEEN_ASKEW)
 def test_without_an_outline_the_molds_edge_is_found_in_the_reference(seed, cliff_mm, tilt_deg, wide):
     layup = oblique(seed, cliff_mm, tilt_deg, wide=wide)
-    report, known = inspected(layup, None), inspected(layup, layup.ply_outline)
+    report, known = inspected(layup, None, layup.ply_outline)
     assert report.verdict is known.verdict is Verdict.CEASE, (report.reason, known.reason)
     assert len(report.pockets) == len(known.pockets) == len(layup.truth.pockets)
     below = next(entry for entry in report.left_out if "below the mold's edge" in entry.what)
@@ -87,16 +90,17 @@ def test_without_an_outline_the_molds_edge_is_found_in_the_reference(seed, cliff
 def test_without_an_outline_a_creasing_pocket_on_such_a_mold_is_found(seed, cliff_mm, tilt_deg):
     layup = oblique(seed, cliff_mm, tilt_deg, severity="one")
     assert max(p.ridge_mm for p in layup.truth.pockets) > 0.7
-    assert inspected(layup, None).verdict is Verdict.CREASE
+    (report,) = inspected(layup, None)
+    assert report.verdict is Verdict.CREASE
 
 
 def test_a_cliff_too_low_to_be_found_is_not_judged_and_the_outline_asked_for():
     """In the shadow of 8 mm no step is seen that a slope could not explain."""
     layup = oblique(43, 8, 30)
-    report = inspected(layup, None)
+    report, known = inspected(layup, None, layup.ply_outline)
     assert report.verdict is Verdict.INVALID
     assert "or at the mold's edge" in report.reason
-    assert inspected(layup, layup.ply_outline).verdict is Verdict.CEASE
+    assert known.verdict is Verdict.CEASE
 
 
 def test_a_ply_that_reaches_below_the_molds_edge_is_refused_and_the_outline_asked_for(layup):
@@ -114,7 +118,7 @@ def test_a_ply_that_reaches_below_the_molds_edge_is_refused_and_the_outline_aske
 def test_a_wide_foot_along_an_edge_where_the_mold_ends_is_reached_by_its_net():
     """A loose border and a ring stand on one foot; on the cliff beside it no node can be laid, and the rim was open."""
     layup = varied_layup(230069, (1280, 960))
-    report = inspected(layup, layup.ply_outline)
+    (report,) = inspected(layup, layup.ply_outline)
     (one,) = (p for p in report.pockets if np.linalg.norm(p.outline_mm.mean(axis=0) - (24, -169)) < 20)
     assert one.verdict is Verdict.CEASE  # a true ridge of 0.19 mm; the longest fibre keeps the limit even if held
     assert 0 < one.excess.range_mm[1] < 0.55

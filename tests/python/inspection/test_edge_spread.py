@@ -104,7 +104,8 @@ def test_without_an_outline_the_edge_that_the_scan_shows_is_judged(sigma, blurre
     layup, grain = laid_ply.layup(), np.random.default_rng(0).normal(0, 0.02, laid_ply.scan(FLAT).shape[:2])
     scan = filtered(laid_ply.scan(FLAT), lambda image: cv2.GaussianBlur(image, (0, 0), sigma) if sigma else image)
     scan[..., 2] += grain.astype(np.float32)  # a filter that leaves white noise of its own
-    report = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner).inspect(scan)
+    mold = laid_ply.inspector().prepared
+    report = Inspector(None, mold, mold_from_scanner=layup.mold_from_scanner).inspect(scan)
     assert not any("how sharp" in entry.what for entry in report.left_out)
     assert any(finding.check == "smoothed" for finding in report.findings) == blurred
 

@@ -312,6 +312,7 @@ def test_a_loose_border_of_the_ply_is_no_wrong_level_but_a_ply_that_stands_off_w
 def test_low_bumps_on_a_small_ply_are_no_wrong_level():
     """Two bumps 1.5 mm high stand on a tenth of it; a fifth, or as much beside what lies too low, is a wrong level."""
     one, small = laid_ply.layup(), 200.0 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    mold = laid_ply.inspector().prepared
 
     def report(*bells, sunk_mm=0.0):
         shapes = [laid_ply.bell(*bell) for bell in bells] + [laid_ply.bell(110, -110, 130, -sunk_mm)]
@@ -321,7 +322,7 @@ def test_low_bumps_on_a_small_ply_are_no_wrong_level():
             return np.where(on, np.sum([shape(x, y) for shape in shapes], axis=0), -laid_ply.THICKNESS_MM)
 
         scan = laid_ply.scan(stands)
-        return Inspector(None, one.reference, small, mold_from_scanner=one.mold_from_scanner).inspect(scan)
+        return Inspector(None, mold, small, mold_from_scanner=one.mold_from_scanner).inspect(scan)
 
     low = (-60, -60, 130, 1.5), (70, 70, 130, 1.5)
     passed = report(*low)

@@ -174,7 +174,8 @@ def test_the_rms_promotes_a_bump_only_where_it_decides(criterion, count):
     """25 mm wide, 2.6 mm high: 0.66 mm too long makes a ridge of 0.46 mm, though an RMS above 0.3 on few nodes."""
     one = laid_ply.layup()
     recipe = Recipe(verdict={"criterion": criterion})
-    inspector = Inspector(recipe, one.reference, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
+    mold = laid_ply.inspector().prepared
+    inspector = Inspector(recipe, mold, one.ply_outline, mold_from_scanner=one.mold_from_scanner)
     assert len(judged(inspector, inspector.find(laid_ply.scan(laid_ply.bell(50, 30, 25, 2.6))))) == count
 
 

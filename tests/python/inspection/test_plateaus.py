@@ -143,7 +143,7 @@ def test_on_the_foot_of_such_a_pocket_something_is_found(off_mm):
 def test_without_an_outline_bare_mold_is_none():
     """The ply may end there; what lies double is found all the same."""
     layup, scan = laid_ply.layup(), laid_ply.scan(place(60, 80, T))
-    whole = Inspector(None, layup.reference, mold_from_scanner=layup.mold_from_scanner)
+    whole = Inspector(None, laid_ply.inspector().prepared, mold_from_scanner=layup.mold_from_scanner)
     assert "missing" not in whole.inspect(laid_ply.scan(place(40, 40, -T))).reason
     assert "mm too high over" in whole.inspect(scan).reason
 

@@ -14,6 +14,12 @@ def layup():
     return scenes.layup(seed=3, pixels=(1280, 960))
 
 
+@pytest.fixture(scope="module")
+def small():
+    """For what ends before anything is measured: all stages, a quarter of the points."""
+    return scenes.layup(seed=3, pixels=(640, 480))
+
+
 def make(layup, progress=None, **more):
     pose = layup.mold_from_scanner
     return Inspector(
@@ -40,14 +46,14 @@ class Enough(Exception):
 @pytest.mark.parametrize(
     "stage", ["reference: copy", "reference: clean", "reference: grid", "reference: fit", "front end"]
 )
-def test_an_exception_from_progress_ends_the_preparation(layup, stage, error):
+def test_an_exception_from_progress_ends_the_preparation(small, stage, error):
     def progress(now, share):
         if now == stage:
             raise error
 
     before = set(threading.enumerate())
     with pytest.raises(type(error)) as raised:
-        make(layup, progress)
+        make(small, progress)
     assert raised.value is error
     assert set(threading.enumerate()) <= before
 

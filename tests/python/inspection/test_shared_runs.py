@@ -8,7 +8,7 @@ import pytest
 
 import debulk
 import laid_ply
-from debulk import Recipe, Verdict
+from debulk import Inspector, Recipe, Verdict
 from debulk.inspection.checks import shared_runs
 from debulk.inspection.ply.fibre_runs import friction_length
 from lab.varied import varied_layup
@@ -22,8 +22,10 @@ def bells(*centres):
 
 
 def inspect(scan, **changes):
-    one = laid_ply.layup()
-    return debulk.inspect(scan, one.reference, Recipe(**changes), one.ply_outline, (0, 90), one.mold_from_scanner)
+    of = laid_ply.inspector()
+    if changes:
+        of = Inspector(Recipe(**changes), of.prepared, of.ply_outline, (0, 90), of.mold_from_scanner)
+    return of.inspect(scan)
 
 
 def test_a_fold_draws_from_within_twenty_millimetres():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,11 @@ LAYUP = debulk.scenes.layup(seed=0, pixels=(640, 480))
 def inspector(reference):
     recipe = Recipe(run={"hash_scan": False})
     return Inspector(recipe, reference, LAYUP.ply_outline, mold_from_scanner=LAYUP.mold_from_scanner)
+
+
+@functools.cache
+def right():
+    return inspector(LAYUP.reference)
 
 
 def marked(cloud, mark, share=0.005):
@@ -39,7 +46,7 @@ def test_a_mark_for_nothing_seen_is_refused_and_the_remedy_takes_it_out(mark):
         with pytest.raises(
             InputError, match=rf"^{name}: .* of them lie at \(.*as a mark for what was not seen"
         ) as caught:
-            inspector(LAYUP.reference).inspect(cloud) if name == "scan" else inspector(cloud)
+            right().inspect(cloud) if name == "scan" else inspector(cloud)
         assert np.array_equal(np.isnan(remedied(cloud, caught.value)).all(axis=-1), unseen)
 
 
@@ -47,10 +54,10 @@ def test_a_patch_of_the_origin_is_refused_that_is_a_two_thousandth_of_the_scan()
     scan = LAYUP.scan.copy()
     scan[200:212, 300:312] = 0.0
     with pytest.raises(InputError, match=r"scan: .* of them lie at \(0, 0, 0\)"):
-        inspector(LAYUP.reference).inspect(scan)
+        right().inspect(scan)
 
 
 def test_a_point_at_the_origin_and_rounded_points_are_none():
     scan = np.round(LAYUP.scan, 1)
     scan[0, 0] = 0.0
-    assert inspector(LAYUP.reference).inspect(scan).verdict is inspector(LAYUP.reference).inspect(LAYUP.scan).verdict
+    assert right().inspect(scan).verdict is right().inspect(LAYUP.scan).verdict
