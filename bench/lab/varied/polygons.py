@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+_FEW = 30  # corners up to which it is faster not to sort the points
 
 
 def inside(polygon: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
@@ -13,12 +14,27 @@ def inside(polygon: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
     result = np.zeros(np.shape(x), dtype=bool)
     if result.size == 0:
         return result
+    if len(polygon) > _FEW:
+        return _inside_of_many(polygon, np.ravel(x), np.ravel(y)).reshape(result.shape)
     low, left = (np.fmin.reduce(v, axis=None) for v in (y, x))  # NaN lies outside
     high = np.fmax.reduce(y, axis=None)
     for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         met = min(y0, y1) <= high and max(y0, y1) > low and max(x0, x1) >= left  # by a ray to the right
         if met and y0 != y1:
             result ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
+    return result
+
+
+def _inside_of_many(polygon: Floats, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    """Return the same for many corners: of points in the order of their y a side meets one stretch."""
+    order = np.argsort(y)
+    x, y, odd = x[order], y[order], np.zeros(len(y), dtype=bool)
+    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        met = slice(*np.searchsorted(y, [min(y0, y1), max(y0, y1)]))
+        if y0 != y1:
+            odd[met] ^= x[met] < x0 + (y[met] - y0) * ((x1 - x0) / (y1 - y0))
+    result = np.empty_like(odd)
+    result[order] = odd
     return result
 
 
