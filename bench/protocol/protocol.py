@@ -30,8 +30,10 @@ STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem }
 table { border-collapse: collapse; width: 100%; margin: 1rem 0 } th { text-align: left }
 td, th { border-bottom: 1px solid #bbb; padding: .25rem .5rem; vertical-align: top }
-code { font-size: 90%; overflow-wrap: anywhere } tr { break-inside: avoid }
-@media print { body { font-size: 9pt; margin: 0; max-width: none } @page { size: A4; margin: 15mm } }
+code { font-size: 90%; overflow-wrap: break-word } tr { break-inside: avoid } .scroll { overflow-x: auto }
+@media print {
+  body { font-size: 9pt; margin: 0; max-width: none } .scroll { overflow: visible } @page { size: A4; margin: 15mm }
+}
 """
 
 
@@ -65,15 +67,20 @@ def hazards() -> list[str]:
     said = outcomes({test for tests in cited.values() for test in tests})
     lines = ["| hazard | noticed by | verdict | test | result |", "|---|---|---|---|---|"]
     for row in rows:
-        results = "; ".join(said.get(test, "**not run**") for test in cited[row[3]])
-        bad = "failure" in results or "error" in results or "not run" in results
-        lines.append(f"| {' | '.join(row)} | {'**' if bad else ''}{results}{'**' if bad else ''} |")
+        results = [said.get(test, "not run") for test in cited[row[3]]]
+        told = "; ".join(one if shows(one) else f"**{one}**" for one in results)
+        lines.append(f"| {' | '.join(row)} | {told} |")
     return lines
+
+
+def shows(result: str) -> bool:
+    """Return whether a test's outcomes show anything: it ran, and nothing failed; skipped, it shows nothing."""
+    return "passed" in result and "failure" not in result and "error" not in result
 
 
 def interval(what: str, figure: str) -> str:
     """Return the exact 95 % interval of a count "of N"; empty for any other figure."""
-    totals = re.findall(r"\b(?:of|among) (?:the )?(\d[\d ]*)(?![\d.])", what)
+    totals = [n for word in ("among", "of") for n in re.findall(rf"\b{word} (?:the )?(\d[\d ]*)(?![\d.])", what)]
     if not totals or not re.fullmatch(r"[\d ]+", figure):
         return ""
     many, count = (int(number.replace(" ", "")) for number in (totals[-1], figure))
@@ -95,12 +102,28 @@ def since(commit: str) -> str:
 
 
 def figures() -> list[str]:
-    """Return the table of what was measured, each with its interval and its age."""
-    lines = ["| what | figure | 95 % interval | command | result | recorded in |", "|---|---|---|---|---|---|"]
-    subjects = (ROOT / "docs/figures.md").read_text().split("\n## ")[1:]
-    for what, figure, command, result, commit in (row for subject in subjects for row in rows_of(subject, "")):
-        lines.append(f"| {what} | {figure} | {interval(what, figure)} | {command} | {result} | {since(commit)} |")
+    """Return what was measured, subject by subject, each figure with its interval and its age."""
+    about, *subjects = (ROOT / "docs/figures.md").read_text().split("\n## ")
+    lines = [about.partition("\n")[2]]
+    for subject in subjects:
+        heading, _, text = subject.partition("\n")
+        lines += [f"\n### {heading}\n", text.partition("\n|")[0], ""]
+        lines += ["| what | figure | 95 % interval | command | result | recorded in |", "|---|---|---|---|---|---|"]
+        for what, figure, command, result, commit in rows_of(subject, ""):
+            lines.append(f"| {what} | {figure} | {interval(what, figure)} | {command} | {result} | {since(commit)} |")
     return lines
+
+
+def html(text: str) -> str:
+    """Return the page: tables that are too wide for a screen move by themselves, and names break between words."""
+    text = re.sub(r"\]\((?!http)[^)]*\)", "]", text)  # it stands alone: no links to the documentation
+    text = re.sub(r"\[([^\]]*)\](?!\()", r"\1", text)
+    body = MarkdownIt().enable("table").render(text)
+    body = body.replace("<table>", '<div class="scroll"><table>').replace("</table>", "</table></div>")
+    body = re.sub(r"<code>[^<]*", lambda name: re.sub(r"(::|[_/])", r"\1<wbr>", name[0]), body)
+    title = f"<title>debulk {debulk.__version__}: validation protocol</title>"
+    view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    return f'<!doctype html><html lang="en"><meta charset="utf-8">{view}{title}<style>{STYLE}</style>{body}</html>'
 
 
 def protocol() -> str:
@@ -133,16 +156,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "protocol.html")
     args = parser.parse_args()
-    text = re.sub(r"\]\((?!http)[^)]*\)", "]", protocol())  # the page stands alone: no links to the documentation
-    text = re.sub(r"\[([^\]]*)\](?!\()", r"\1", text)
-    body = MarkdownIt().enable("table").render(text)
+    text = protocol()
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    title = f"<title>debulk {debulk.__version__}: validation protocol</title>"
-    args.out.write_text(
-        f'<!doctype html><html lang="en"><meta charset="utf-8">{title}<style>{STYLE}</style>{body}</html>'
-    )
+    args.out.write_text(html(text))
     print(args.out)
-    if "**" in text:
+    if re.search(r"^\|.*\*\*", text, re.MULTILINE):
         sys.exit("debulk: a test failed or was not run; see the page")
 
 
