@@ -63,6 +63,17 @@ def test_area_and_volume_of_a_paraboloid():
     assert found.peak_mm == pytest.approx(10, abs=1e-6)
 
 
+def test_points_inside_are_the_same_where_the_sides_are_split_into_many():
+    star = np.array([(0, -9), (2, -2), (9, 0), (2, 2), (0, 9), (-2, 2), (-9, 0), (-2, -2)], dtype=float)
+    ahead, share = np.roll(star, -1, axis=0), np.arange(16)[:, None] / 16
+    many = np.concatenate([(1 - share) * a + share * b for a, b in zip(star, ahead, strict=True)])
+    x, y = np.random.default_rng(0).uniform(-10, 10, (2, 60, 80))
+    x[0], y[1] = np.nan, np.nan
+    found = inside(many, x, y)
+    assert same(found, inside(star, x, y)) and found.shape == x.shape
+    assert found[2:].mean() == pytest.approx(72 / 400, abs=0.02) and not found[:2].any()
+
+
 def test_area_of_a_pocket_that_the_edge_cuts():
     """The same disc about a point on the edge: half of it."""
     labels = label_regions(lambda x, y: 10 - ((x - 200) ** 2 + y * y) / 90, SQUARE, 2.0)
