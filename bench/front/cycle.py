@@ -16,7 +16,7 @@ import numpy as np
 import debulk
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.reference import prepared
-from debulk.inspection.running.cycle import Preparation
+from debulk.inspection.running.cycle import Cycle
 
 COLOURS = (
     "#4c72b0", "#55a868", "#c44e52", "#8172b2", "#ccb974", "#64b5cd", "#8c8c8c", "#dd8452", "#222222", "#da8bc3",
@@ -87,7 +87,7 @@ def next_reference(reference, outline, pose) -> list[str]:
     """
     below = np.array(reference)
     below.setflags(write=False)
-    cleaned = prepared._cleaned(below, pose, None, None, debulk.Recipe(), Preparation(None))
+    cleaned = prepared._cleaned(below, pose, None, None, debulk.Recipe(), Cycle())
     return [
         *_steps("the next reference, from its cloud to its inspector", below, outline, pose),
         *_steps("the next reference in a stack", cleaned, outline, pose),

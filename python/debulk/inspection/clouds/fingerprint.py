@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, Literal
 
 import numpy as np
@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from debulk import _core
 from debulk._core import InputError
 from debulk.inspection.clouds.cleaning import pieces
+from debulk.inspection.running.cycle import in_parallel
 from debulk.results.trace import ArrayTrace
-from debulk.workers import Workers
 
 Hash = Literal["sha256", "xxh3"]
+Scanned = AbstractContextManager[Callable[[], ArrayTrace | None]]
 _MAKE: dict[Hash, Callable[[], Any]] = {"sha256": hashlib.sha256, "xxh3": xxhash.xxh3_128}
 
 
@@ -40,9 +41,8 @@ def of_mask(mask: NDArray[np.bool_]) -> ArrayTrace:
     return ArrayTrace(shape=mask.shape, sha256=hashlib.sha256(plain.reshape(-1).data).hexdigest())
 
 
-@contextmanager
-def in_parallel(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Iterator[Callable[[], ArrayTrace | None]]:
-    """Fingerprint a scan while the body runs; the body gets a function that waits for the result.
+def of_scan(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Scanned:
+    """Fingerprint a scan while the body runs, as `in_parallel` does any work, however few threads are allowed.
 
     The result is None if the scan is no cloud; the inspection itself refuses it and gives the reason. If its owner
     changes the scan meanwhile, the fingerprint matches neither state.
@@ -54,5 +54,4 @@ def in_parallel(points: ArrayLike, stop: _core.Stop, kind: Hash | None) -> Itera
         except (InputError, ValueError, TypeError):
             return None
 
-    with Workers(1, stop, "debulk-hash") as pool:
-        yield pool.submit(work).result
+    return in_parallel(stop, work, threads=0)

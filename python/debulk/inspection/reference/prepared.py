@@ -20,7 +20,7 @@ from debulk.inspection.clouds.far_place import NEAR, FarPlace
 from debulk.inspection.clouds.thinning import complete, pitch_of, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.reference import frame, resolution
-from debulk.inspection.running.cycle import Preparation
+from debulk.inspection.running.cycle import Cycle
 from debulk.inspection.running.effort import check_map
 from debulk.recipe import Recipe
 from debulk.results.trace import ArrayTrace
@@ -107,7 +107,7 @@ def prepare(
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
-    preparation: Preparation,
+    preparation: Cycle,
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera.
 
@@ -132,7 +132,7 @@ def _gridded(
     mold_from_scanner: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
-    preparation: Preparation,
+    preparation: Cycle,
 ) -> Grid:
     """Return the cleaned cloud's heights on a grid, checked against a sample of what was given."""
     threads, stop = recipe.run.threads, preparation.stop
@@ -161,12 +161,12 @@ def _cleaned(
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
     recipe: Recipe,
-    preparation: Preparation,
+    preparation: Cycle,
 ) -> Cleaned:
     stop, step = preparation.stop, preparation.step
     place = FarPlace.of(reference, mold_from_scanner, camera)
     reference = place.near(reference, "reference", stop)
-    with fingerprint.in_parallel(reference, stop, recipe.run.scan_hash) as fingerprinted:
+    with fingerprint.of_scan(reference, stop, recipe.run.scan_hash) as fingerprinted:
         points = step("reference: copy", 0.0, lambda: owned(reference, "reference", stop))
         points = hide(points, mask, "reference", stop)
         of_scanner = thinned(points).points

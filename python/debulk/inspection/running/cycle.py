@@ -1,4 +1,4 @@
-"""The clocks of an inspection, of its preparation and of a pocket: deadline, times, progress, and the way out."""
+"""The clocks of an inspection or its preparation, and of a pocket: deadline, times, progress, and the way out."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Cancelled(RuntimeError):
 
 
 class Cycle:
-    """The clock of one inspection, from now to a deadline, if there is one."""
+    """The clock of one inspection, from now to a deadline, if there is one; or that of the preparation of many."""
 
     def __init__(self, deadline_s: float | None = None, progress: Progress | None = None) -> None:
         self.stop = stop_after(deadline_s)
@@ -45,6 +45,17 @@ class Cycle:
         yield
         self._stages[name] = 1e3 * (time.perf_counter() - began)
         log.debug("%s: %.1f ms", name, self._stages[name])
+
+    def step(self, name: str, done: float, work: Callable[[], Result]) -> Result:
+        """Do a stage's work in another thread, and call the progress function some twenty times a second until it ends.
+
+        An exception that the progress function raises ends the work: it is stopped and waited for.
+        """
+        with self.stage(name, done), known(self.stop), Workers(1, self.stop) as pool:
+            running = pool.submit(work)
+            while not wait([running], BEAT_S).done:
+                self.report(name, done)
+            return running.result()
 
     def check(self) -> None:
         """Raise `Cancelled` if another thread has cancelled the inspection."""
@@ -83,31 +94,6 @@ def in_parallel(stop: _core.Stop, work: Callable[[], Result], threads: int) -> I
         return
     with Workers(1, stop) as pool:
         yield pool.submit(work).result
-
-
-class Preparation:
-    """Runs the steps of a preparation one after the other.
-
-    `progress` is called in the calling thread with the name of the step and the share of the work that is done, when a
-    step begins and about twenty times a second until it ends. An exception that it raises ends the preparation: the
-    step's threads are stopped and waited for, and then the exception is raised.
-    """
-
-    def __init__(self, progress: Progress | None = None) -> None:
-        self._cycle = Cycle(progress=progress)
-
-    @property
-    def stop(self) -> _core.Stop:
-        """The stop that is raised when the preparation is to end; long-running work checks it."""
-        return self._cycle.stop
-
-    def step(self, name: str, done: float, work: Callable[[], Result]) -> Result:
-        """Do one step, at whose beginning the share `done` of the whole work is done."""
-        with self._cycle.stage(name, done), known(self.stop), Workers(1, self.stop) as pool:
-            running = pool.submit(work)
-            while not wait([running], BEAT_S).done:
-                self._cycle.report(name, done)
-            return running.result()
 
 
 def heed(stop: _core.Stop | None, what: str) -> None:
