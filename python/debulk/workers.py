@@ -27,7 +27,7 @@ class Workers(Executor):
     Parameters
     ----------
     most
-        Largest number of threads; each is started when there is work for it.
+        Largest number of threads, 0 for as many as the process may use; each is started when there is work for it.
     stop
         What the work heeds. It is raised if an unforeseen exception ends the body of the `with` statement, or the wait
         for the threads after it, so that they end soon. Errors that computations raise themselves (InputError, Stopped)
@@ -45,7 +45,7 @@ class Workers(Executor):
     _closed = True  # until there is something to close
 
     def __init__(self, most: int, stop: _core.Stop | None = None, name: str = "debulk") -> None:
-        self._most, self._stop, self._name = most, stop or _core.Stop(), name
+        self._most, self._stop, self._name = most or _core.default_threads(), stop or _core.Stop(), name
         self._daemon = threading.current_thread().daemon
         self._tasks: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._lock = threading.Lock()

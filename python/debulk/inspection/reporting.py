@@ -122,7 +122,7 @@ def unsettled(given: Report, seen: Seen) -> Report:
         return given
 
     def whole() -> Report:
-        with Workers(ply.recipe.run.threads or _core.default_threads()) as pool:
+        with Workers(ply.recipe.run.threads) as pool:
             again = list(pool.map(lambda one, make: make() if make else one, judged.evaluations, later))
         return report(replace(seen, judged=judged_of(judged.pockets, again, ply, seen.standing, late=judged.late)), {})
 

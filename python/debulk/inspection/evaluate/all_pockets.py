@@ -6,7 +6,6 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 
-from debulk import _core
 from debulk.inspection.evaluate.evaluated import Evaluation, refused, seen_of
 from debulk.inspection.evaluate.evaluation import evaluate, settle
 from debulk.inspection.find.found import FoundPocket
@@ -19,11 +18,10 @@ from debulk.workers import Workers
 
 def evaluate_all(pockets: Sequence[FoundPocket], ply: PlyOnMold, cycle: Cycle, begun: float) -> list[Evaluation]:
     """Evaluate all pockets, one per thread at a time; `begun` is the share of the work that is already done."""
-    threads = ply.recipe.run.threads or _core.default_threads()
     evaluations = []
     # Calls of the core release the GIL. Whatever ends the wait (Ctrl-C, an error in the progress function) also ends
     # the solvers.
-    with Workers(threads, cycle.stop) as pool:
+    with Workers(ply.recipe.run.threads, cycle.stop) as pool:
         for evaluation in pool.map(lambda found: evaluate(found, ply, cycle.stop), pockets):
             evaluations.append(evaluation)
             cycle.report("debulk", begun + (1 - begun) * len(evaluations) / len(pockets))
@@ -45,7 +43,7 @@ def audit(pockets: Sequence[FoundPocket], done: Sequence[Evaluation], ply: PlyOn
         audited = settle(found, one, ply, cycle.stop)
         return one if audited.late else replace(audited, turned=_net_bridges(audited.report, ply))
 
-    with Workers(ply.recipe.run.threads or _core.default_threads(), cycle.stop) as pool:
+    with Workers(ply.recipe.run.threads, cycle.stop) as pool:
         audited = list(pool.map(whole, pockets, done))
     cycle.check()
     return audited

@@ -165,7 +165,7 @@ def _place_at(
             return None
         bump = again.pockets[label - 1]
         # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
-        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.length_mm(_closed(bump.outline_mm)))
+        lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.perimeter_mm(bump.outline_mm))
         again.pockets[label - 1] = _as_seen(bump, found.dropped)
         its_feet = pocket.feet_with(lower, again, threads, stop)
         one = FoundPocket(0, again, its_feet, label - 1, found.holes, runs=found.runs)
@@ -179,7 +179,3 @@ def _as_seen(one: pocket.Pocket, dropped: Sequence[Dropped]) -> pocket.Pocket:
     low, high = one.outline_mm.min(axis=0), one.outline_mm.max(axis=0)
     within = [bump for bump in dropped if (low <= bump.centroid_mm).all() and (bump.centroid_mm <= high).all()]
     return replace(one, measured_share=min([one.measured_share, *(bump.measured_share for bump in within)]))
-
-
-def _closed(outline: Floats) -> Floats:
-    return np.vstack([outline, outline[:1]])

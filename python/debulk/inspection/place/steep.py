@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from debulk import pocket
 from debulk.arrays import Floats
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.results.finding import Finding
 from debulk.verdict import Verdict
@@ -54,12 +54,12 @@ def too_steep(setup: Setup) -> Finding | None:
         to_ray = _degrees(facing / upright / np.linalg.norm(ray, axis=1))
     beyond = np.maximum(to_z - LIMITS.slope_deg, to_ray - LIMITS.ray_deg)
     steep = (beyond > 0) & pocket.inside(ply_outline, xy)
-    _, labels = cv2.connectedComponents(steep.reshape(len(y), len(x)).astype(np.uint8), connectivity=8)
-    area_mm2 = np.bincount(labels.ravel(), np.where(steep, upright, 0.0)) * cell_mm**2
+    labels = pieces_of(steep.reshape(len(y), len(x)), 8).labels.ravel()
+    area_mm2 = np.bincount(labels, np.where(steep, upright, 0.0)) * cell_mm**2
     largest = int(np.argmax(area_mm2))
     if area_mm2[largest] < LIMITS.least_mm2:
         return None
-    piece = np.flatnonzero(labels.ravel() == largest)
+    piece = np.flatnonzero(labels == largest)
     worst = piece[np.argmax(beyond[piece])]
     by_slope = to_z[worst] - LIMITS.slope_deg >= to_ray[worst] - LIMITS.ray_deg
     degrees, limit, what = (to_z, LIMITS.slope_deg, "z") if by_slope else (to_ray, LIMITS.ray_deg, "the scanner's rays")

@@ -14,6 +14,11 @@ def length_mm(line: Floats) -> float:
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 
+def perimeter_mm(outline: Floats) -> float:
+    """Return the length of a line through (K, 2) corners and back to the first."""
+    return length_mm(np.vstack([outline, outline[:1]]))
+
+
 def axis(line: Floats) -> Floats:
     """Return the (3,) unit vector of a line's longest principal axis, with every segment weighted by its length."""
     steps, middles = np.diff(line, axis=0), (line[1:] + line[:-1]) / 2

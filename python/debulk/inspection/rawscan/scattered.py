@@ -57,7 +57,7 @@ def _under_the_mold(foot_mm: Floats, standing: Standing) -> int:
     low, high = foot_mm.min(axis=0) - LIMITS.round_mm, foot_mm.max(axis=0) + LIMITS.round_mm
     sunk_mm = standing.sunk_mm[((standing.sunk_mm >= low) & (standing.sunk_mm <= high)).all(axis=1)]
     from_foot_mm = np.where(pocket.inside(foot_mm, sunk_mm), 0.0, pocket.distance_to_outline(foot_mm, sunk_mm))
-    round_it_mm = polyline.length_mm(np.vstack([foot_mm, foot_mm[:1]]))
+    round_it_mm = polyline.perimeter_mm(foot_mm)
     for reach_mm in (0.0, LIMITS.round_mm):
         within = int(np.count_nonzero(from_foot_mm <= reach_mm))
         area_mm2 = pocket.polygon_area(foot_mm) + reach_mm * (round_it_mm + np.pi * reach_mm)  # Steiner's formula
