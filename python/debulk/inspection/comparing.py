@@ -17,6 +17,7 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.ply.ply_on_mold import Setup
+from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
@@ -97,15 +98,10 @@ def of_another_scan(
     return made
 
 
-def consolidated(setup: Setup) -> Setup:
-    """Return the setup whose heights are those of a ply that debulking has pressed to its consolidated thickness."""
-    return replace(setup, prepared=replace(setup.prepared, thickness_mm=setup.recipe.material.consolidated_mm))
-
-
-def placing_of(report: Report, setup: Setup) -> Placing:
-    """Return the check whether a scan shows the report's ply in its place, which may be `consolidated`."""
-    ply = replace(setup.ply, outline=report.ply_outline_mm)
-    return Placing(replace(setup, ply=ply), setup.prepared.thickness_mm)
+def pressed(report: Report, setup: Setup, prepared: Prepared) -> Setup:
+    """Return the setup of a report's ply that debulking has pressed to its consolidated thickness."""
+    thin = replace(prepared, thickness_mm=setup.recipe.material.consolidated_mm)
+    return replace(setup, prepared=thin, ply=replace(setup.ply, outline=report.ply_outline_mm))
 
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:

@@ -25,7 +25,7 @@ from debulk.inspection.checks.seen import Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, hide, owned
 from debulk.inspection.clouds.thinning import thinned
-from debulk.inspection.comparing import check_place, compared, consolidated, of_another_scan, placing_of
+from debulk.inspection.comparing import check_place, compared, of_another_scan, pressed
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import Sample
@@ -43,7 +43,7 @@ from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, prepare
-from debulk.inspection.running.cycle import Cancelled, Cycle, Preparation, Progress, in_parallel, watched
+from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.tracing import Given, checked_context, tracing
 from debulk.recipe import Recipe
@@ -168,7 +168,7 @@ class Inspector:
         self._approved = None if approved is None else approvals(approved)
 
         check_solves(recipe)
-        preparation = Preparation(progress)
+        preparation = Cycle(progress=progress)
         if not isinstance(reference, Prepared):
             reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe, preparation)
         self.prepared = reference = replace(reference, thickness_mm=recipe.material.thickness_mm)
@@ -324,9 +324,7 @@ class Inspector:
         lying = self._lying if fibre_angles_deg is None else self._measured(fibre_angles_deg)
         with (
             self._running.holding(cycle.stop),
-            fingerprint.in_parallel(
-                near := self._near(scan, cycle.stop), cycle.stop, self.recipe.run.scan_hash
-            ) as scanned,
+            fingerprint.of_scan(near := self._near(scan, cycle.stop), cycle.stop, self.recipe.run.scan_hash) as scanned,
         ):
             try:
                 report = self._inspect(near, lying, cycle)
@@ -497,14 +495,14 @@ class Inspector:
                 points = owned(place.near(debulked_scan, "debulked_scan", stop), "debulked_scan", stop)
                 scanned = of_another_scan(report, points, self.recipe.run.scan_hash, stop)
                 points = hide(points, self.mask, "debulked_scan", stop)
-                pressed = consolidated(replace(self.setup, prepared=self.prepared))
-                placing = placing_of(report, pressed)
+                setup = pressed(report, self.setup, self.prepared)
+                placing = Placing(setup, setup.prepared.thickness_mm)
                 sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 few = thinned(points).points
                 points, image = cleaned(points, self._pose, self.camera, self.recipe, stop)
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
-                    pressed.prepared.datum,
+                    setup.prepared.datum,
                     self.grid_spacing_mm,
                     hole_diameter_mm=0.0,
                     threads=self.recipe.run.threads,
