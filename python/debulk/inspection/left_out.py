@@ -41,15 +41,10 @@ def of_unsolved(pockets: Sequence[PocketReport]) -> tuple[LeftOut, ...]:
     return (entry,) if numbers else ()
 
 
-def of_stages(stage: str) -> tuple[LeftOut, ...]:
+def of_stages(stage: str) -> LeftOut:
     """Name what is left out if the deadline passed during this stage, before any pocket was known."""
-    return (
-        LeftOut(
-            what=f"the rest of the inspection from the stage {stage} on: pockets, coverage and verdict",
-            why="the deadline passed",
-            bound="none: nothing is known of the ply",
-        ),
-    )
+    what = f"the rest of the inspection from the stage {stage} on: pockets, coverage and verdict"
+    return LeftOut(what=what, why="the deadline passed", bound="none: nothing is known of the ply")
 
 
 def of_scan(found: Found, outline_known: bool) -> tuple[LeftOut, ...]:

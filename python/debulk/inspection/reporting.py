@@ -90,7 +90,7 @@ def too_late(ply: PlyOnMold, stage: str, timings_ms: dict[str, float]) -> Report
     """Report that the deadline passed before any pocket was known."""
     reason = f"the deadline passed during the stage {stage}, before any pocket was known"
     findings = (Finding("deadline", Verdict.UNDECIDED, reason),)
-    return _composed(findings, ply, timings_ms, left_out=left_out.of_stages(stage))
+    return _composed(findings, ply, timings_ms, left_out=(left_out.of_stages(stage),))
 
 
 def _composed(findings: tuple[Finding, ...], ply: PlyOnMold, timings_ms: dict[str, float], **known: Any) -> Report:

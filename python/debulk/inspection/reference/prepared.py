@@ -17,6 +17,7 @@ from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.camera import PinholeImage, fit_camera
 from debulk.inspection.clouds.cleaning import clean, hide, owned
 from debulk.inspection.clouds.far_place import NEAR, FarPlace
+from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete, pitch_of, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.reference import frame, resolution
@@ -149,7 +150,7 @@ def _gridded(
     if points.ndim == 3:
         seen = of_scanner[complete(np.isfinite(of_scanner))].astype(np.float64)
         if mold_from_scanner is not None:
-            seen = seen @ mold_from_scanner[:3, :3].T + mold_from_scanner[:3, 3]
+            seen = product(seen, mold_from_scanner[:3, :3].T) + mold_from_scanner[:3, 3]
         resolution.check_neighbours(seen[:, :2], heights)
     resolution.check_reference(_core.cloud.widest_pitch(points, pitch or spacing, stop), len(of_scanner), recipe)
     return heights
