@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from debulk.results.deciding import worst_first
+from debulk.results.half_seen import hole_kind, remedy_for
 from debulk.results.rework import rework
 from debulk.verdict import Verdict
 from debulk.words import in_cm2, in_mm
@@ -68,7 +69,7 @@ def advice(report: ReportData) -> list[Deed]:
     if late:
         deeds.append(Deed("give the inspection more time, and inspect the same scan again: the deadline passed"))
     for hole in hidden:
-        deeds.append(Deed("complete the reference" if hole.of == "reference" else "scan again", hole_line(hole)))
+        deeds.append(Deed(remedy_for(hole.of), hole_line(hole)))
     if not deeds:
         deeds.append(Deed("scan again"))
     if any(deed.do.startswith(_BY_HAND) for deed in deeds):
@@ -147,5 +148,4 @@ def wrinkle_line(wrinkle: Wrinkle) -> str:
 
 def hole_line(hole: UnseenHole) -> str:
     """Describe a hole by its place and area."""
-    what = {"reference": "a gap in the reference", "mask": "a masked area"}.get(hole.of, "a hole in the scan")
-    return f"{what} of {in_cm2(hole.area_mm2, digits=3)} at {in_mm(hole.centre_mm)}"
+    return f"{hole_kind(hole.of, 'a hole in the scan')} of {in_cm2(hole.area_mm2, digits=3)} at {in_mm(hole.centre_mm)}"

@@ -184,7 +184,7 @@ CHECK_TEXTS = (
         "every part of the ply that was not seen: the ridge of what the fibres show there and of the steepest bell "
         "that it can hide; and bumps that end in it",
         "`verdict.max_ridge_mm`",
-        "scan again with less glare, with another exposure or from another side",
+        "scan again with less glare, with another exposure or from another side; bring what is out of view into it",
         (INVALID, UNDECIDED),
     ),
     CheckText(

@@ -9,8 +9,24 @@ from debulk.results.number import span
 from debulk.verdict import Verdict
 from debulk.words import in_cm2, in_mm
 
+MOLD_UNKNOWN = {
+    "reference": "complete the reference",
+    "view": "let the scanner see all of the ply, and the mold below it",
+}
+"""What hides the mold, too, in a hole, and what to do about it; as in `HoleBeside.of`."""
 MOST_OF_RIM = 0.25
 """Share of a pocket's perimeter above which it is not judged at all, as too much of its shape would be invented."""
+
+
+def remedy_for(of: str) -> str:
+    """Return what to do about a hole, by what hides the ply there."""
+    return MOLD_UNKNOWN.get(of, "scan again")
+
+
+def hole_kind(of: str, in_scan: str) -> str:
+    """Name a hole by what hides the ply there."""
+    named = {"mask": "a masked area", "reference": "a gap in the reference", "view": "a part of the ply out of view,"}
+    return named.get(of, in_scan)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,11 +38,10 @@ class HoleBeside:
     area_mm2: float
     """Area in XY."""
     of: str
-    """What is missing there: ``"scan"``, ``"mask"`` or ``"reference"``."""
+    """What is missing there, as in `debulk.results.report.UnseenHole`."""
 
     def __str__(self) -> str:
-        what = {"mask": "a masked area", "reference": "a gap in the reference"}.get(self.of, "a hole")
-        return f"{what} of {in_cm2(self.area_mm2)} at {in_mm(self.centre_mm)}"
+        return f"{hole_kind(self.of, 'a hole')} of {in_cm2(self.area_mm2)} at {in_mm(self.centre_mm)}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -387,7 +387,8 @@ class UnseenHole:
     rim_height_mm
         Height above the reference that the ply beside the hole reaches along 6 to 16 mm of the hole's rim.
     of
-        What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it.
+        What is missing there: ``"scan"`` or ``"reference"``; ``"mask"`` where the mask hides it; ``"view"`` where both
+        are missing, beyond the scanner's picture, or beyond all points of a list.
     at_ply_edge
         Whether it reaches the ply's edge.
     at_best

@@ -18,6 +18,7 @@ from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.inspection.holes import unseen
 from debulk.inspection.ply import excess
 from debulk.inspection.rawscan.lost_places import bell_excess_mm
+from debulk.results.advice import advice
 from debulk.results.compose import compose
 from debulk.results.finding import Finding
 from debulk.verdict import Judgement, judge_layup
@@ -168,6 +169,27 @@ def test_a_small_gap_in_the_reference_is_unknown_as_one_in_the_scan_is(flat_and_
     assert report.verdict is not Verdict.CEASE
 
 
+@pytest.mark.parametrize("listed", [False, True])
+def test_ply_out_of_the_scanners_view_asks_for_it_and_not_for_another_scan_of_the_same(
+    flat_and_one: Any, listed: bool
+) -> None:
+    layup = flat_and_one
+    x, y = mold_xy(layup, layup.reference)
+    columns = np.flatnonzero(
+        pocket.inside(layup.ply_outline, np.stack([x, y], -1).reshape(-1, 2)).reshape(x.shape).any(0)
+    )
+    clouds = [cloud[:, : columns[-1] - 30].copy() for cloud in (layup.reference, layup.scan)]
+    if listed:
+        clouds = [cloud[np.isfinite(cloud).all(-1)] for cloud in clouds]
+    report = debulk.inspect(clouds[1], clouds[0], None, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    assert report.verdict > Verdict.CEASE
+    assert [hole.of for hole in report.unseen if hole.at_best is not None] == ["view"]
+    asks = "let the scanner see all of the ply, and the mold below it"
+    (reason,) = [one.reason for one in report.findings if one.check == "holes"]
+    assert "a part of the ply out of view, of " in reason and reason.endswith(asks)
+    assert {deed.do for deed in advice(report) if deed.check in ("", "coverage", "holes")} == {asks}
+
+
 def test_the_reason_of_a_cut_pocket_names_the_hole(creasing: tuple[Any, debulk.Inspector, list[Floats]]) -> None:
     layup, inspector, outlines = creasing
     outline = max(outlines, key=pocket.polygon_area)
@@ -275,7 +297,7 @@ def test_a_hole_counts_by_what_it_hides_and_what_the_fibres_show_there(
 ) -> None:
     runs = SimpleNamespace(largest=Grid(np.full((20, 20), shown_mm), np.array([-20.0, -20.0]), 2.0))
     one = hole(filled=filled, thickness=wide_mm)
-    found: Any = SimpleNamespace(holes=((one, False),), runs=runs, dropped=())
+    found: Any = SimpleNamespace(holes=((one, "scan"),), runs=runs, dropped=())
     others: Any = () if counts else (SimpleNamespace(half_seen=None),)  # without an outline to look in: no need for one
     doubts = unseen.findings(found, others, debulk.Recipe())
     assert [doubt.at_best for doubt in doubts] == [Verdict.UNDECIDED] * counts
@@ -286,5 +308,5 @@ def test_a_hole_counts_by_what_it_hides_and_what_the_fibres_show_there(
 
 def test_what_the_mask_hides_counts_where_something_stands_at_its_rim() -> None:
     for rim_mm, counts in ((0.3, False), (0.8, True)):
-        found: Any = SimpleNamespace(holes=((hole(rim_height=rim_mm), True),), runs=None, dropped=())
+        found: Any = SimpleNamespace(holes=((hole(rim_height=rim_mm), "mask"),), runs=None, dropped=())
         assert len(unseen.findings(found, (), debulk.Recipe())) == counts

@@ -9,6 +9,7 @@ from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
 from debulk.results.deciding import worst_first
 from debulk.results.finding import Finding
+from debulk.results.half_seen import MOLD_UNKNOWN, remedy_for
 from debulk.verdict import Judgement, Verdict, criteria_of, judge_layup
 
 _GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
@@ -24,7 +25,8 @@ def coverage(seen: Seen) -> list[Finding]:
     why = [judge_layup([], share, limits).reason]
     why += [f"the reference is known on {100 * known:.1f} % of the ply"] if known < least else []
     why += [found.doubt] if found.doubt else []
-    remedy = "complete the reference" if known < least else ""
+    lacking = next((of for _, of in found.holes if of in MOLD_UNKNOWN), "reference")
+    remedy = remedy_for(lacking) if known < least else ""
     return [Finding("coverage", Verdict.INVALID, "; ".join(why), share, least, remedy=remedy)]
 
 

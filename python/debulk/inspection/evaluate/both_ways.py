@@ -20,7 +20,7 @@ from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.holes.pocket_holes import PocketHoles, rim_share
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.recipe import options
-from debulk.results.half_seen import MOST_OF_RIM, HalfSeen, Way, at_best, hole_names
+from debulk.results.half_seen import MOLD_UNKNOWN, MOST_OF_RIM, HalfSeen, Way, at_best, hole_names
 from debulk.results.report import PocketReport
 from debulk.verdict import Judgement, Verdict, criteria_of
 
@@ -29,7 +29,7 @@ Flags = NDArray[np.bool_]
 Evaluate = Callable[[FoundPocket], Evaluation]
 
 _FILLED, _ON_MOLD, _SPANNED = "filled in", "on the mold", "spanned"
-_AGAIN, _COMPLETE = "scan again", "complete the reference"
+_AGAIN = "scan again"
 # Weights of the first against the second differences of the heights in the hole. A weight near zero gives a plate that
 # continues the slopes at the rim; a large one gives a stretched membrane.
 _PLATE, _MEMBRANE = 1e-4, 1e4
@@ -45,8 +45,8 @@ def judged(
     `evaluate` evaluates a pocket whose rim is closed.
     """
     names, half = hole_names(hole.holes), HalfSeen(holes=hole.holes, rim_share=hole.rim_share)
-    if any(one.of == "reference" for one in hole.holes):
-        return _refused(seen, half, f"{names} borders on it, and the mold under it is not known", _COMPLETE)
+    if lacking := [MOLD_UNKNOWN[one.of] for one in hole.holes if one.of in MOLD_UNKNOWN]:
+        return _refused(seen, half, f"{names} borders on it, and the mold under it is not known", lacking[0])
     evaluations: dict[str, list[Evaluation]] = {}
     own = hole.pocket | hole.unknown
     for way, heights in _ways(hole, ply, stop):

@@ -15,7 +15,8 @@ from debulk.inspection.ply.fibre_runs import ScanRuns
 from debulk.pocket import Dropped, Feet, Foot, Pocket, Segmentation, Unseen, UnseenHole
 from debulk.results.report import LeftOut
 
-Hole = tuple[UnseenHole, bool]
+Hole = tuple[UnseenHole, str]
+"""An unseen part of the ply, and what hides it, as `debulk.results.half_seen.HoleBeside.of` names it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,7 @@ class Found:
     unseen: Unseen
     """How much of the ply is known (of the reference, if the outline is unknown), and the holes in it."""
     holes: tuple[Hole, ...]
-    """The holes of `unseen`, each with whether the mask hides it."""
+    """The holes of `unseen`, each with what hides it."""
     overview: Grid
     """Heights above the reference for a picture."""
     times_ms: dict[str, float] = field(default_factory=dict)

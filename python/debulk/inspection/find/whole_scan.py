@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk import _core, cloud
-from debulk.arrays import Floats
+from debulk.arrays import Bools, Floats
+from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.cleaning import masked
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.flying import without_flying
@@ -57,7 +58,7 @@ class WholeScanFinder:
         search = in_parallel(stop, lambda: front.pockets(wanted, feet, stop), self._recipe.run.threads)
         with search as found:  # its steps leave cores idle
             overview, unseen = front.overview(listed)
-            holes = tuple((hole, _is_masked(hole, self._setup)) for hole in unseen.holes)
+            holes = tuple((hole, _cause(hole, self._setup)) for hole in unseen.holes)
             if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
                 return Found(None, unseen, holes, overview, times_ms, doubt=self._why_so_little(points, stop))
             part = found()
@@ -89,23 +90,45 @@ class WholeScanFinder:
         return None if beside else np.stack([low, high])
 
 
+def _cause(hole: UnseenHole, setup: Setup) -> str:
+    """Return what hides the ply in a hole, as `debulk.results.half_seen.HoleBeside.of` names it."""
+    if _is_masked(hole, setup):
+        return "mask"
+    if hole.reference_share <= 0.5:
+        return "scan"
+    return "reference" if _in_view(hole.centre, setup) else "view"
+
+
+def _in_view(place_mm: Floats, setup: Setup) -> bool:
+    """Return whether the scanner's picture reaches a place; of a list, whether the reference goes on round it."""
+    if setup.prepared.image is None:
+        return setup.prepared.surrounds(place_mm)
+    return bool(_pixels(place_mm[None], setup.prepared.image, setup)[2][0])
+
+
 def _is_masked(hole: UnseenHole, setup: Setup) -> bool:
     """Return whether the mask hides most of a hole: under a clamp another scan would not show a pocket, either.
 
     Without a camera, which relates mask and mold, it is not known.
     """
-    image, mask, reference, pose = setup.prepared.image, setup.mask, setup.prepared.reference, setup.pose
+    image, mask = setup.prepared.image, setup.mask
     if image is None or mask is None or mask.shape != image.shape:
         return False
-    low, high = reference.box_mm
+    low, high = setup.prepared.reference.box_mm
     begin, end = np.maximum(hole.box[0], low), np.minimum(hole.box[1], high)
     if (begin >= end).any():
         return False
     x, y = np.meshgrid(*(np.arange(b + 0.5 * _STEP_MM, e, _STEP_MM) for b, e in zip(begin, end, strict=True)))
-    xy = np.column_stack([x.ravel(), y.ravel()])
-    points = product(np.column_stack([xy, reference.height(xy)]) - pose[:3, 3], pose[:3, :3])
-    column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx)
-    row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy)
-    inside = (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)
-    hidden = np.count_nonzero(mask[row[inside].astype(int), column[inside].astype(int)]) * _STEP_MM**2
+    row, column, inside = _pixels(np.column_stack([x.ravel(), y.ravel()]), image, setup)
+    hidden = np.count_nonzero(mask[row[inside], column[inside]]) * _STEP_MM**2
     return bool(hidden >= _LEAST_SHARE * hole.area)
+
+
+def _pixels(xy: Floats, image: PinholeImage, setup: Setup) -> tuple[NDArray[np.intp], NDArray[np.intp], Bools]:
+    """Return rows and columns of the pixels that see (N, 2) places of the mold, and which of them the image has."""
+    reference, pose = setup.prepared.reference, setup.pose
+    heights = reference.height(np.clip(xy, *reference.box_mm))
+    points = product(np.column_stack([xy, heights]) - pose[:3, 3], pose[:3, :3])
+    column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx).astype(np.intp)
+    row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy).astype(np.intp)
+    return row, column, (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)

@@ -66,9 +66,8 @@ def holes_of(found: FoundPocket, ply: PlyOnMold) -> PocketHoles | None:
     return PocketHoles(window, unknown, pocket_cells, holes, rim_share(found.foot.outline_mm, unknown, window))
 
 
-def listed_hole(hole: pocket.UnseenHole, hidden: bool) -> HoleBeside:
-    """Describe a hole that the core lists: place, area, and whether the mask, the reference or the scan causes it."""
-    of = "mask" if hidden else "reference" if hole.reference_share > 0.5 else "scan"
+def listed_hole(hole: pocket.UnseenHole, of: str) -> HoleBeside:
+    """Describe a hole that the core lists: place, area, and what hides the ply there."""
     return HoleBeside(centre_mm=xy_of(hole.centre), area_mm2=float(hole.area), of=of)
 
 
@@ -158,12 +157,12 @@ def _holes(unknown: Bools, window: Grid, listed: list[Hole]) -> Iterator[HoleBes
     cell_mm2 = window.spacing_mm**2
     xy = window.origin_mm + window.spacing_mm * np.argwhere(unknown)[:, ::-1]
     rest = np.ones(len(xy), dtype=np.bool_)
-    for hole, hidden in listed:
+    for hole, of in listed:
         within = ((xy >= hole.box[0]) & (xy <= hole.box[1])).all(axis=1)
         if 2 * np.count_nonzero(within) * cell_mm2 < hole.area:
             continue
         rest &= ~within
-        yield listed_hole(hole, hidden)
+        yield listed_hole(hole, of)
     left = np.count_nonzero(rest) * cell_mm2
     if left > 0 and (rest.all() or left > cell_mm2 * len(xy) / 2):
         yield HoleBeside(centre_mm=xy_of(xy[rest].mean(axis=0)), area_mm2=float(left), of="scan")

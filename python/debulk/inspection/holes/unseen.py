@@ -11,6 +11,7 @@ from debulk.inspection.holes.pocket_holes import BRIDGE_MM, NEAR_MM, listed_hole
 from debulk.inspection.ply import excess
 from debulk.recipe import Recipe
 from debulk.results.finding import Finding
+from debulk.results.half_seen import remedy_for
 from debulk.results.report import LeftOut, PocketReport, UnseenHole
 from debulk.verdict import Verdict
 from debulk.words import in_cm2, in_mm, xy_of
@@ -19,6 +20,7 @@ _WHY = {
     "mask": "the mask hides it",
     "reference": "the reference is not known there: nothing was seen, or a smooth surface cannot follow it",
     "scan": "nothing was seen there",
+    "view": "the scanner sees neither the ply there nor the mold",
 }
 
 
@@ -31,18 +33,18 @@ def holes(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> tupl
             extent_mm=xy_of(hole.box[1] - hole.box[0]),
             thickness_mm=hole.thickness,
             rim_height_mm=hole.rim_height,
-            of=listed_hole(hole, hidden).of,
+            of=of,
             at_ply_edge=hole.at_ply_edge,
-            at_best=None if (one := _of_hole(hole, hidden, found, pockets, recipe)) is None else one.at_best,
+            at_best=None if (one := _of_hole(hole, of, found, pockets, recipe)) is None else one.at_best,
         )
-        for hole, hidden in found.holes
+        for hole, of in found.holes
         if not hole.filled
     )
 
 
 def findings(found: Found, pockets: Sequence[PocketReport], recipe: Recipe) -> list[Finding]:
     """Judge the parts that were not seen, and the bumps that end in them, maybe no ply, as at the mold's edge."""
-    of_holes = (_of_hole(hole, hidden, found, pockets, recipe) for hole, hidden in found.holes)
+    of_holes = (_of_hole(hole, of, found, pockets, recipe) for hole, of in found.holes)
     out = [one for one in of_holes if one is not None]
     judged = [one for one in pockets if one.half_seen is not None and one.half_seen.ways]
     for bump in found.dropped:
@@ -67,7 +69,7 @@ def _of_judged_hole(place_mm: Floats, found: Found, judged: Sequence[PocketRepor
 
 
 def _of_hole(
-    hole: pocket.UnseenHole, hidden: bool, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
+    hole: pocket.UnseenHole, of: str, found: Found, pockets: Sequence[PocketReport], recipe: Recipe
 ) -> Finding | None:
     """Judge a hole by the ridge of what the fibres show there and what it can hide besides; None: that is harmless.
 
@@ -75,7 +77,7 @@ def _of_hole(
     pocket. One that the mask causes hides nothing, unless something stands at its rim: another scan would not show it.
     """
     material = recipe.material
-    if hidden and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
+    if of == "mask" and hole.rim_height < material.thickness_mm + recipe.patch.mold_tol_mm:
         return None
     most_mm = most_ridge_mm(hole.box, hole.thickness, found, recipe)
     limit_mm = recipe.verdict.max_ridge_mm
@@ -83,7 +85,7 @@ def _of_hole(
         return None
     if (hole.filled or hole.thickness <= BRIDGE_MM) and _in_a_foot(hole.centre, pockets, hole.thickness):
         return None
-    reason = f"{listed_hole(hole, hidden)}, where a ridge of {most_mm:.2f} mm could lie unseen: scan again"
+    reason = f"{listed_hole(hole, of)}, where a ridge of {most_mm:.2f} mm could lie unseen: {remedy_for(of)}"
     return Finding("holes", Verdict.UNDECIDED, reason, most_mm, limit_mm, "mm", xy_of(hole.centre))
 
 
@@ -100,12 +102,12 @@ def left_out(found: Found) -> tuple[LeftOut, ...]:
     """Name every hole above the tolerance on area, and sum up the others."""
     entries = [
         LeftOut(
-            what=str(listed_hole(hole, hidden)),
-            why=_WHY[listed_hole(hole, hidden).of],
+            what=str(listed_hole(hole, of)),
+            why=_WHY[of],
             bound=f"{hole.box[1][0] - hole.box[0][0]:.0f} by {hole.box[1][1] - hole.box[0][1]:.0f} mm, "
             f"{hole.thickness:.0f} mm thick; its rim is {hole.rim_height:.2f} mm above the reference",
         )
-        for hole, hidden in found.holes
+        for hole, of in found.holes
         if not hole.filled
     ]
     if found.unseen.smaller:

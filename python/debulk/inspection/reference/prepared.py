@@ -65,6 +65,13 @@ class Prepared:
         """Marks where `seen` has a height."""
         return replace(self.seen, values=np.isfinite(self.seen.values))
 
+    def surrounds(self, place_mm: Floats) -> bool:
+        """Return whether the reference was seen on all four sides of a place, mold XY, along x and along y."""
+        known = self.seen_at.values
+        column, row = np.clip(self.seen.cells(place_mm[None])[0], 0, np.array(known.shape[::-1]) - 1)
+        sides = known[row, :column], known[row, column:], known[:row, column], known[row:, column]
+        return all(side.any() for side in sides)
+
     def bare_mm(self, xy: Floats) -> Floats:
         """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
         inside = np.clip(xy, *self.reference.box_mm)
