@@ -27,6 +27,12 @@ def prepared(family):
     return Inspector(None, g.reference, mold_from_scanner=g.mold_from_scanner).prepared
 
 
+@functools.cache
+def inspector(family):
+    g = given(family)
+    return Inspector(None, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
+
+
 BOTH = pytest.mark.parametrize("family", ["first", "varied"])
 
 
@@ -61,10 +67,9 @@ def test_a_coarse_reference_is_refused_with_figures(family, pitch_mm):
 @pytest.mark.parametrize("thin", ["a list", "gaps in the image"])
 def test_a_thinned_scan_is_invalid_with_figures(family, thin):
     g = given(family)
-    inspector = Inspector(None, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
     step = pixels(g.scan, 5)
     scan = points(g.scan, step * step) if thin == "a list" else with_gaps(g.scan, step)
-    report = inspector.inspect(scan)
+    report = inspector(family).inspect(scan)
     assert report.verdict is Verdict.INVALID
     assert "the scan is too coarse: expected points at most 3.5 mm apart" in report.reason
 
@@ -132,17 +137,14 @@ def bordered(height, width):
 @pytest.mark.parametrize("height", [0.3, 0.4, 0.5])
 @pytest.mark.parametrize("width", [120.0, 190.0, 260.0])
 def test_a_creasing_pocket_in_a_loose_border_does_not_cease(height, width):
-    g = given("first")
-    inspector = Inspector(None, prepared("first"), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner)
-    report = inspector.inspect(bordered(height, width))
+    report = inspector("first").inspect(bordered(height, width))
     assert len(report.pockets) == 1
     assert report.verdict is not Verdict.CEASE, report.reason
 
 
 @BOTH
 def test_nets_have_enough_nodes_inside_the_outline(family):
-    g = given(family)
-    report = Inspector(None, prepared(family), g.ply_outline, g.fibre_angles_deg, g.mold_from_scanner).inspect(g.scan)
+    report = inspector(family).inspect(given(family).scan)
     for p in report.pockets:
         if p.net is not None and p.verdict is Verdict.CEASE:
             assert np.count_nonzero(p.net.inside) >= 20
