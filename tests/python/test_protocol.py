@@ -36,7 +36,7 @@ def test_a_test_that_was_skipped_shows_nothing(result: str, shows: bool) -> None
 
 
 def test_a_page_stands_alone_and_names_break_between_words() -> None:
-    page = PROGRAM["html"]("[Verdicts](verdicts.md)\n\n| a |\n|---|\n| `test_a.py::test_b` |\n")
+    page = PROGRAM["html"]("[Verdicts](docs/verdicts.md)\n\n| a |\n|---|\n| `test_a.py::test_b` |\n")
     assert "href" not in page and "<p>Verdicts</p>" in page
     assert "<code>test_<wbr>a.py::<wbr>test_<wbr>b</code>" in page
     assert page.count('<div class="scroll"><table>') == page.count("</table></div>") == 1
