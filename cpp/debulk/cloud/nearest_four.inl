@@ -1,29 +1,28 @@
 // The kernels of window_pass.cpp and open_search.cpp include this file, once per Isa.
 
-DEBULK_INLINE void order(Floats& a, Floats& b) {
-  const Floats low = lower(a, b), high = higher(a, b);
+template <class Vector>
+DEBULK_INLINE void order(Vector& a, Vector& b) {
+  const Vector low = choose(a < b, a, b), high = choose(a > b, a, b);
   a = low, b = high;
 }
 
 // Keeps the four smallest squared distances so far in each lane, ascending, and so the four smallest of all, without a
-// branch.
-struct Nearest {
-  Floats least[4];
+// branch. A search over few points needs no more than half of the lanes.
+template <class Vector>
+struct NearestIn {
+  Vector least[4];
   float limit = infinity;  // not below the fourth smallest of all
 
-  DEBULK_INLINE Nearest() {
-    for (Floats& kept : least) kept = all(infinity);
+  DEBULK_INLINE NearestIn() {
+    for (Vector& kept : least) kept = infinity - Vector{};
   }
-  DEBULK_INLINE void add(Floats d) {
-    for (Floats& kept : least) {
-      const Floats low = lower(d, kept);
-      d = higher(d, kept), kept = low;
-    }
+  DEBULK_INLINE void add(Vector d) {
+    for (Vector& kept : least) order(kept, d);
   }
   // Lowers the limit to the largest of the minima of four disjoint sets of lanes: at least four distances are not
   // above it.
   DEBULK_INLINE void tighten() {
-    Floats m = least[0];
+    Vector m = least[0];
     m = lower(m, swapped<8>(m)), m = lower(m, swapped<4>(m));
     m = higher(m, swapped<2>(m)), m = higher(m, swapped<1>(m));
     limit = m[0] < limit ? m[0] : limit;
@@ -32,19 +31,21 @@ struct Nearest {
   // of all. They form a bitonic row, which is then sorted.
   template <int N>
   DEBULK_INLINE void merge() {
-    const Floats other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
-    for (int k = 0; k < 4; ++k) least[k] = lower(least[k], other[k]);
+    const Vector other[4] = {swapped<N>(least[3]), swapped<N>(least[2]), swapped<N>(least[1]), swapped<N>(least[0])};
+    for (int k = 0; k < 4; ++k) least[k] = choose(least[k] < other[k], least[k], other[k]);
     order(least[0], least[2]), order(least[1], least[3]), order(least[0], least[1]), order(least[2], least[3]);
   }
   // Ends the search. Returns the fourth smallest of all, infinite if there are fewer than four.
   DEBULK_INLINE float fourth() {
-    merge<8>(), merge<4>(), merge<2>(), merge<1>();
+    if constexpr (sizeof(Vector) == sizeof(Floats)) merge<8>();
+    merge<4>(), merge<2>(), merge<1>();
     return least[3][0];
   }
   // Mean distance of the four nearest, after fourth(). Those beyond a limit count as if they were there.
   DEBULK_INLINE float mean(float within) const {
     double sum = 0;
-    for (const Floats& kept : least) sum += std::sqrt(static_cast<double>(std::min(kept[0], within)));
+    for (const Vector& kept : least) sum += std::sqrt(static_cast<double>(std::min(kept[0], within)));
     return static_cast<float>(sum / 4);
   }
 };
+using Nearest = NearestIn<Floats>;

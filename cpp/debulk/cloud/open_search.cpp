@@ -97,7 +97,7 @@ void OpenSearch::measure(std::vector<float>& distances, std::size_t every, doubl
 }
 
 void OpenSearch::decide(std::vector<float>& distances, std::size_t every, double threshold, int threads, const Stop& stop) const {
-  run(distances, false, every, 2 * threshold, threshold, threads, stop);
+  run(distances, false, every, 4 * threshold / 3, threshold, threads, stop);
 }
 
 void OpenSearch::run(std::vector<float>& distances, bool multiples, std::size_t every, double radius, double enough, int threads,

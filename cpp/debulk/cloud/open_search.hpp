@@ -17,7 +17,8 @@ namespace debulk {
 //
 // The neighbours of a flying pixel are far away, so that their exact distances cost a look at wide windows. Whether
 // their mean is above a threshold T needs less: if only k points lie within R, and their distances add up to s, the
-// mean is at least (s + (4 - k) R) / 4. With R = 2 T this settles all points with k < 3, and with R = 4 T every point.
+// mean is at least (s + (4 - k) R) / 4. With R = 4/3 T this settles all points with k < 2, which most flying pixels are;
+// twice as far it settles those with k = 2, and from 4 T on every point.
 class OpenSearch {
  public:
   // Sorts the open points into bins.

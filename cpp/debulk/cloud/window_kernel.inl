@@ -158,15 +158,15 @@ DEBULK_INLINE void decide(const WindowPass& pass, int at, int first, int columns
   }
 }
 
-// Interpolates the base's depths and gains along one row of its nodes.
+// Interpolates the base's depths and gains along one row of its nodes, which are at most sixteen pixels apart. What a
+// vector holds beyond the next node is overwritten from there.
 DEBULK_INLINE void spread(const RayBase& base, int row, int first, int columns, Strip& s) {
   const int step = base.step;
+  const Floats w = converted<Floats>(counting()) / static_cast<float>(step);
   const auto along = [&](const std::vector<float>& values, std::size_t i, int k, float* to, float* more) DEBULK_LAMBDA {
     const float *here = &values[i], *below = here + base.nx;
-    for (int m = 0; m < step; ++m) {
-      const float w = static_cast<float>(m) / static_cast<float>(step), value = here[0] + w * (here[1] - here[0]);
-      to[k + m] = value, more[k + m] = below[0] + w * (below[1] - below[0]) - value;
-    }
+    const Floats value = here[0] + w * (here[1] - here[0]);
+    store(to + k, value), store(more + k, below[0] + w * (below[1] - below[0]) - value);
   };
   for (int k = 0; k < columns; k += step) {
     const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(base.nx) + static_cast<std::size_t>((first + k) / step);
@@ -191,12 +191,19 @@ DEBULK_INLINE void finish_tiles(const WindowPass& pass, int at, int first, int c
   }
 }
 
+#if DEBULK_ISA == 4
+using InSquare = Nearest;
+#else
+using HalfFloats = decltype(Floats::low);
+using InSquare = NearestIn<HalfFloats>;
+#endif
+
 // Visits all points of the square of 5 by 5 pixels round a pixel. The square must lie within the image, and
 // not at the image's end.
-DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nearest& found) {
+DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, InSquare& found) {
   const float* p = cloud.point(column, row);
-  const auto squared = [&](Floats x, Floats y, Floats z) DEBULK_LAMBDA {
-    const Floats dx = all(p[0]) - x, dy = all(p[1]) - y, dz = all(p[2]) - z;
+  const auto squared = [&](auto x, auto y, auto z) DEBULK_LAMBDA {
+    const auto dx = p[0] - x, dy = p[1] - y, dz = p[2] - z;
     return dx * dx + dy * dy + dz * dz;
   };
 #if DEBULK_ISA == 4
@@ -216,19 +223,14 @@ DEBULK_INLINE void visit_square(const CloudView& cloud, int column, int row, Nea
   found.add(choose((lane == 12) | (lane == 15), all(infinity), lower(above, all(infinity))));
   found.add(choose(lane >= 10, all(infinity), lower(below, all(infinity))));
 #else
-  // Two rows at a time, eight points each, of which five count; the third pair is one row only.
-  static constexpr int none = -1;
-  static constexpr int hidden[3][lanes] = {
-      {0, 0, 0, 0, 0, none, none, none, 0, 0, 0, 0, 0, none, none, none},
-      {0, 0, none, 0, 0, none, none, none, 0, 0, 0, 0, 0, none, none, none},  // the point itself
-      {0, 0, 0, 0, 0, none, none, none, none, none, none, none, none, none, none, none},
-  };
-  for (int pair = 0; pair < 3; ++pair) {
-    const int first = row - 2 + 2 * pair;
-    Floats x, y, z;
-    load_points(cloud.point(column - 2, first), x.low, y.low, z.low);
-    load_points(cloud.point(column - 2, std::min(first + 1, row + 2)), x.high, y.high, z.high);
-    found.add(choose(read<Ints>(hidden[pair]), all(infinity), lower(squared(x, y, z), all(infinity))));
+  // One row at a time, eight points, of which five count, and in the middle row not the point itself.
+  static constexpr int hidden[2][8] = {{0, 0, 0, 0, 0, -1, -1, -1}, {0, 0, -1, 0, 0, -1, -1, -1}};
+  const HalfFloats none = infinity - HalfFloats{};
+  for (int j = 0; j < 5; ++j) {
+    HalfFloats x, y, z;
+    load_points(cloud.point(column - 2, row - 2 + j), x, y, z);
+    const HalfFloats d = squared(x, y, z);
+    found.add(choose(read<decltype(x < y)>(hidden[j == 2]) | ~(d < none), none, d));
   }
 #endif
 }
@@ -242,7 +244,7 @@ DEBULK_INLINE void resolve(const WindowPass& pass, Strip& s, WindowBand& out) {
   for (int k = 0; k < d.count; ++k) {
     const int column = static_cast<int>(d.index[k] % width), row = static_cast<int>(d.index[k] / width);
     const auto inside = [](int at, int size) DEBULK_LAMBDA { return at >= 2 && at + 3 < size; };
-    Nearest found;
+    InSquare found;
     if (inside(column, cloud.width) && inside(row, cloud.height)) visit_square(cloud, column, row, found), found.fourth();
     for (int n = 0; n < 4; ++n) d.nearest[n][k] = found.least[n][0];
     d.z[k] = cloud.point(column, row)[2];
