@@ -242,7 +242,10 @@ def test_a_bump_half_lost_counts_where_it_and_its_hole_could_crease(
     assert report.verdict is verdict, report.reason
 
 
-@pytest.mark.parametrize(("lost_mm", "verdict"), [(10.0, Verdict.CEASE), (14.0, Verdict.UNDECIDED)])
+@pytest.mark.parametrize(
+    ("lost_mm", "verdict"),
+    [(10.0, Verdict.CEASE), (12.0, Verdict.CEASE), (13.0, Verdict.UNDECIDED), (14.0, Verdict.UNDECIDED)],
+)
 def test_a_bump_that_a_filter_deleted_may_lie_in_a_hole_that_is_as_wide(lost_mm: float, verdict: Verdict) -> None:
     """Round the hole the ply lies flat, and the hole is smaller than a pocket."""
     scan = laid_ply.scan(lambda x, y: 0 * x)
