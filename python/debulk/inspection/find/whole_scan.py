@@ -120,15 +120,16 @@ def _is_masked(hole: UnseenHole, setup: Setup) -> bool:
         return False
     x, y = np.meshgrid(*(np.arange(b + 0.5 * _STEP_MM, e, _STEP_MM) for b, e in zip(begin, end, strict=True)))
     row, column, inside = _pixels(np.column_stack([x.ravel(), y.ravel()]), image, setup)
-    hidden = np.count_nonzero(mask[row[inside], column[inside]]) * _STEP_MM**2
+    hidden = np.count_nonzero(mask[row[inside].astype(int), column[inside].astype(int)]) * _STEP_MM**2
     return bool(hidden >= _LEAST_SHARE * hole.area)
 
 
-def _pixels(xy: Floats, image: PinholeImage, setup: Setup) -> tuple[NDArray[np.intp], NDArray[np.intp], Bools]:
-    """Return rows and columns of the pixels that see (N, 2) places of the mold, and which of them the image has."""
+def _pixels(xy: Floats, image: PinholeImage, setup: Setup) -> tuple[Floats, Floats, Bools]:
+    """Return whole rows and columns of the pixels that see (N, 2) places of the mold, and which the image has."""
     reference, pose = setup.prepared.reference, setup.pose
     heights = reference.height(np.clip(xy, *reference.box_mm))
     points = product(np.column_stack([xy, heights]) - pose[:3, 3], pose[:3, :3])
-    column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx).astype(np.intp)
-    row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy).astype(np.intp)
-    return row, column, (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)
+    column = np.rint(image.f * points[:, 0] / points[:, 2] + image.cx)
+    row = np.rint(image.f * points[:, 1] / points[:, 2] + image.cy)
+    ahead = points[:, 2] > 0
+    return row, column, ahead & (column >= 0) & (row >= 0) & (column < image.width) & (row < image.height)
