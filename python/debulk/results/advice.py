@@ -83,6 +83,7 @@ _BY_HAND = ("smooth", "lay", "treat", "look")
 
 
 _ASKED = {Verdict.CREASE: "smooth the ply", Verdict.UNDECIDED: "smooth the ply, or treat it as CREASE"}
+_INTO = "smooth the ply into the hollow below it"  # of a bridge: the ply is too short there
 
 
 def _of_finding(finding: Finding) -> Deed:
@@ -92,14 +93,16 @@ def _of_finding(finding: Finding) -> Deed:
 
 def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData) -> Deed:
     ridge, limit_mm = pocket.deciding_ridge, report.limit_mm
-    asked = pocket.remedy or _ASKED.get(pocket.verdict, "scan again")
+    bridge = ridge is not None and ridge.by.startswith("bridge")
+    short = bridge and pocket.verdict is Verdict.CREASE
+    asked = pocket.remedy or (_INTO if short else _ASKED.get(pocket.verdict, "scan again"))
     amount = ""
     towards: tuple[float, ...] = ()
     exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
     if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
         longest = _one_each_way(moves)
         moved = " and ".join(move.short for move in longest)
-        amount = moved or f"ridge up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
+        amount = moved or f"{'bridge' if bridge else 'ridge'} up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
         towards = tuple(move.towards_deg for move in longest if move.towards_deg is not None)
     return Deed(asked, f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict)
 

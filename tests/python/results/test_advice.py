@@ -9,6 +9,7 @@ import pytest
 
 from debulk.report import Report
 from debulk.results.advice import advice, deciding
+from debulk.results.bridge_section import BridgeSection
 from debulk.results.deciding import worst_first
 from debulk.results.finding import Finding
 from debulk.results.level import Level
@@ -70,6 +71,17 @@ def test_a_creasing_pocket_has_its_amount_and_direction(report):
             assert all(f"{move.length_mm:.2f} mm towards {move.towards_deg:.0f}°" in deed.amount for move in moves)
             assert moves or deed.amount.startswith("ridge up to ")
     assert any(deed.ways_deg for deed in advice(report))
+
+
+def test_a_pocket_that_bridges_is_smoothed_into_the_hollow(report):
+    high = BridgeSection(
+        height_mm=2.9, range_mm=(2.8, 3.1), lacks_mm=1.5, lacks_error_mm=0.1, pull_n_per_mm=4.7, hold_n_per_mm=4.2
+    )
+    creased = dataclasses.replace(report.pockets[3], verdict=Verdict.CREASE, bridge_section=high, id=99)
+    layup = dataclasses.replace(report, verdict=Verdict.CREASE, findings=(), unseen=(), wrinkles=(), pockets=(creased,))
+    deed, again = advice(layup)
+    assert (deed.do, deed.amount) == ("smooth the ply into the hollow below it", "bridge up to 3.10 mm, limit 0.60 mm")
+    assert again.do == "scan again before the vacuum is drawn"
 
 
 def test_the_findings_own_remedies_come_first(report):

@@ -66,7 +66,8 @@ def too_steep(setup: Setup) -> Finding | None:
     reason = (
         f"the mold is too steep below the ply: over {in_cm2(area_mm2[largest])} round {in_mm(xy[worst])} its "
         f"normal leans by up to {degrees[worst]:.0f} degrees from {what}, limit {limit:g}: heights are not sure there; "
-        "turn the mold's frame or the scanner so that it looks more squarely at it, or inspect that side by itself"
+        "mask a frame or clamp that stands beside the ply there, turn the mold's frame or the scanner so that it looks "
+        "more squarely at it, or inspect that side by itself"
     )
     return Finding("steep_mold", Verdict.INVALID, reason, float(degrees[worst]), limit, "°", xy_of(xy[worst]))
 
