@@ -50,7 +50,8 @@ def outcomes(cited: set[tuple[str, str]]) -> dict[tuple[str, str], str]:
     asked = [f"{p}::{t}" for p in files for f, t in sorted(cited) if f == p.name and f"def {t}(" in p.read_text()]
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "tests.xml"
-        subprocess.run([sys.executable, "-m", "pytest", "-q", f"--junitxml={result}", *asked], cwd=ROOT, check=False)
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "2", f"--junitxml={result}", *asked]
+        subprocess.run(command, cwd=ROOT, check=False)
         cases = ElementTree.parse(result).iter("testcase")
         said: dict[tuple[str, str], list[str]] = {}
         for case in cases:

@@ -527,9 +527,9 @@ def replaced(rng, cloud):
     return np.dstack([cloud[..., :2], np.where(marks > 0, full, z)])
 
 
-def shining(rng, part):
+def shining(rng, part, **how):
     """A bump shines: of its points most are lost, and the others scatter."""
-    scan, reference, how = scans(rng, part)
+    scan, reference, how = scans(rng, part, **how)
     _, *at, a, b, turn, _ = part.bumps[0]
     wide, scatter_mm = rng.uniform(0.8, 1.2), rng.uniform(1, 2)
     shines = bump(scan[..., 0], scan[..., 1], 1.0, *at, wide * a, wide * b, turn, "cap") > 0
@@ -719,6 +719,7 @@ CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether 
     "replaced": (small, partial(scans, change=replaced, both=False), False),
     "noised again": (small, partial(scans, change=noised_again, both=False), False),
     "shining": (small, shining, False),
+    "shining, 2 mm": (small, partial(shining, dx=2.0, dy=2.0), False),
     "compressed": (small, partial(scans, change=compressed), False),
     "rows levelled": (plain, levelled, False),
     "no outline": (plain, without_outline(scans), True),

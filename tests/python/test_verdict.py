@@ -4,8 +4,18 @@ import math
 
 import pytest
 
-from debulk import InputError, _core
-from debulk.verdict import Criteria, Judgement, Verdict, _compiled, excess_bounds, judge, judge_layup, natural_length
+from debulk import InputError, Recipe, _core
+from debulk.verdict import (
+    Criteria,
+    Judgement,
+    Verdict,
+    _compiled,
+    criteria_of,
+    excess_bounds,
+    judge,
+    judge_layup,
+    natural_length,
+)
 
 
 def test_the_four_verdicts_are_words():
@@ -48,6 +58,12 @@ def test_criteria_are_the_compiled_defaults_and_checked():
     assert Criteria.from_core(_core.verdict.Criteria()) == Criteria()
     other = Criteria(criterion="paper", max_rms_mm=0.2, ridge_margin_mm=0.07)
     assert Criteria.from_core(_compiled(other)) == other
+
+
+def test_limits_and_criterion_come_from_the_recipe_unless_another_criterion_is_asked_for():
+    recipe = Recipe(verdict={"max_ridge_mm": 0.4, "criterion": "paper"})
+    assert criteria_of(recipe) == Criteria(max_ridge_height_mm=0.4, criterion="paper")
+    assert criteria_of(recipe, "excess") == Criteria(max_ridge_height_mm=0.4)
 
 
 @pytest.mark.parametrize(

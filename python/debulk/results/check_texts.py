@@ -82,8 +82,8 @@ CHECK_TEXTS = (
         "The mold is too steep below the ply",
         "where the outline is given: the angle of the mold's normal to z, and to the rays of its organised scan",
         "65 degrees from z, 70 from a ray, on more than 2 cm² of the mold in one piece",
-        "mask a frame or clamp that stands beside the ply there, turn the mold's frame or the scanner so that both look "
-        "at it more squarely, or inspect that side by itself",
+        "mask a frame or clamp that stands beside the ply there, turn the mold's frame or the scanner so that both "
+        "look at it more squarely, or inspect that side by itself",
         (INVALID,),
     ),
     CheckText(
