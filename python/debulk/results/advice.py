@@ -93,16 +93,16 @@ def _of_finding(finding: Finding) -> Deed:
 
 def _of_pocket(pocket: PocketReport, moves: tuple[Move, ...], report: ReportData) -> Deed:
     ridge, limit_mm = pocket.deciding_ridge, report.limit_mm
-    bridge = ridge is not None and ridge.by.startswith("bridge")
-    short = bridge and pocket.verdict is Verdict.CREASE
-    asked = pocket.remedy or (_INTO if short else _ASKED.get(pocket.verdict, "scan again"))
+    bridges = ridge is not None and ridge.is_bridge
+    by_verdict = _INTO if bridges and pocket.verdict is Verdict.CREASE else _ASKED.get(pocket.verdict, "scan again")
+    asked = pocket.remedy or by_verdict
     amount = ""
     towards: tuple[float, ...] = ()
     exceeds = ridge is not None and limit_mm is not None and ridge.most_mm > limit_mm
     if ridge is not None and limit_mm is not None and (exceeds or pocket.verdict is Verdict.CREASE):
         longest = _one_each_way(moves)
         moved = " and ".join(move.short for move in longest)
-        amount = moved or f"{'bridge' if bridge else 'ridge'} up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
+        amount = moved or f"{'bridge' if bridges else 'ridge'} up to {ridge.most_mm:.2f} mm, limit {limit_mm:.2f} mm"
         towards = tuple(move.towards_deg for move in longest if move.towards_deg is not None)
     return Deed(asked, f"pocket {pocket.id}", pocket.centroid_mm, amount, towards, pocket.id, pocket.verdict)
 

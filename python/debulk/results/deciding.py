@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from debulk.results.report import PocketReport
 
 
+_BRIDGE, _BRIDGE_OF_NET = "bridge", "bridge of the net"
+
+
 class DecidingRidge(NamedTuple):
     """The ridge that tables, pages, pictures and comparisons show for a pocket."""
 
@@ -20,6 +23,11 @@ class DecidingRidge(NamedTuple):
     """Lowest and highest height that it may have, mm."""
     by: str
     """What gives it: the excess length, the net, a bridge of the net, or an assumption about what is not known."""
+
+    @property
+    def is_bridge(self) -> bool:
+        """Whether it is no ridge, but the height at which the ply, too short, bridges a hollow."""
+        return self.by in (_BRIDGE, _BRIDGE_OF_NET)
 
     @property
     def most_mm(self) -> float:
@@ -74,9 +82,9 @@ def _or_bridge(pocket: PocketReport, height: float, span: tuple[float, float], b
     """Return a ridge, or the bridge that counts if that may be higher than the ridge."""
     section, net_mm = pocket.bridge_section, pocket.bridge_height_mm or 0.0
     if section is not None and section.range_mm[1] > span[1]:
-        return DecidingRidge(section.height_mm, section.range_mm, "bridge")
+        return DecidingRidge(section.height_mm, section.range_mm, _BRIDGE)
     if section is None and pocket.decided_by == "paper" and net_mm > span[1]:
-        return DecidingRidge(net_mm, (net_mm, net_mm), "bridge of the net")
+        return DecidingRidge(net_mm, (net_mm, net_mm), _BRIDGE_OF_NET)
     return DecidingRidge(height, span, by)
 
 
