@@ -270,19 +270,19 @@ void bind_surface(py::module_ m) {
 
   m.def(
       "fit_reference",
-      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options, int threads,
-         const Stop& stop) {
+      [](const Array<float>& values, const std::array<double, 2>& origin, double spacing, const FitOptions& options,
+         const Array<std::uint8_t>& under_ply, int threads, const Stop& stop) {
         const Grid<float> heights = to_grid(values, vector2(origin), spacing, "heights");
-        Grid<double> nodes;
+        const auto marks = to_grid(under_ply, vector2(origin), spacing, "under_ply");
+        std::optional<Reference> fit;
         {
           py::gil_scoped_release release;
-          nodes = fit_reference(heights, options, threads, stop).heights();
+          fit = fit_reference(heights, options, threads, stop, marks);
         }
-        const Eigen::Vector2d first = nodes.origin;
-        const double step = nodes.spacing;
-        return py::make_tuple(grid_values(std::move(nodes)), pair(first), step);
+        return py::make_tuple(grid_values(Grid<double>(fit->heights())), pair(fit->heights().origin), fit->heights().spacing);
       },
-      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("threads"), py::arg("stop"));
+      py::arg("values"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("options"), py::arg("under_ply"), py::arg("threads"),
+      py::arg("stop"));
 
   m.def(
       "datum",

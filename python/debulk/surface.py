@@ -336,6 +336,7 @@ def fit_reference(
     heights: Grid,
     spacing_mm: float = _FIT.node_spacing_mm,
     *,
+    under_ply: NDArray[np.bool_] | None = None,
     threads: int = 0,
     stop: _core.Stop | None = None,
 ) -> Reference:
@@ -345,8 +346,8 @@ def fit_reference(
     bias on a mold that is gently curved over the window, and little noise. A second fit leaves out heights far off the
     first. Gaps and the border are filled in as a thin plate, which continues linearly. Where the fit is off over
     several nodes, the window is half as wide, and where it is still off, a quarter: a groove 16 mm wide and 6 mm deep
-    reads 6.0 mm, and one 8 mm wide reads 5.1 mm. Beside a cliff the surface follows the upper side up to its last
-    point, while heights of the lower side within 40 mm are not fitted; see `misfits`.
+    reads 6.0 mm, and one 8 mm wide reads 5.1 mm. Beside a cliff the surface follows one side up to its last point, and
+    heights of the other side within 40 mm are not fitted; see `misfits`.
 
     Parameters
     ----------
@@ -354,6 +355,9 @@ def fit_reference(
         (ny, nx) grid of z as from `grid_heights`; NaN where nothing was seen.
     spacing_mm
         Distance between the surface's nodes; rounded to a multiple of the grid's spacing.
+    under_ply
+        (ny, nx) marks of the heights inside the ply's outline. The side of a cliff that most of them lie on is
+        followed. None, or none of them on a side: the upper side is, unless it is as small as a clamp.
 
     Returns
     -------
@@ -379,6 +383,7 @@ def fit_reference(
         arrays.pair(heights.origin_mm, "origin_mm"),
         float(heights.spacing_mm),
         options,
+        np.zeros((0, 0), np.uint8) if under_ply is None else np.ascontiguousarray(under_ply, dtype=np.uint8),
         threads,
         stop or _core.Stop(),
     )

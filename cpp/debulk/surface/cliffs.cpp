@@ -33,18 +33,20 @@ class Pieces {
     for (int i = 0; i < squares_.nx; ++i) link(squares_.ny, [&](int j) { return squares_.index(i, j); });
   }
 
-  // For each square the rank of its piece: 0 is the piece that stays beside all others. `nobody`: too small, or not
-  // seen.
-  Grid<int> ranks() {
+  // For each square the rank of its piece: 0 is the piece that stays beside all others, which is the one that most of
+  // the ply lies on, if that is known. `nobody`: too small, or not seen.
+  Grid<int> ranks(const Grid<std::uint8_t>& under_ply, int side) {
     struct Piece {
       std::size_t root = 0;
       double area = 0, height = 0;
+      int under_ply = 0;
     };
     std::vector<Piece> pieces(squares_.size());
     for (std::size_t k = 0; k < squares_.size(); ++k) {
       if (!in_piece(k)) continue;
       Piece& piece = pieces[root(k)];
       piece.root = root(k), piece.area += squares_.spacing * squares_.spacing, piece.height += squares_.values[k];
+      if (under_ply.size() != 0) piece.under_ply += marked(under_ply, k, side);
     }
     pieces.erase(std::remove_if(pieces.begin(), pieces.end(), [](const Piece& p) { return p.area < least_mm2; }), pieces.end());
     double largest = 0;
@@ -54,6 +56,9 @@ class Pieces {
       if (a_large != b_large) return a_large;
       return a_large && a.height != b.height ? a.height > b.height : a.root < b.root;
     });
+    const auto laid =
+        std::max_element(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.under_ply < b.under_ply; });
+    if (laid != pieces.end()) std::rotate(pieces.begin(), laid, laid + 1);
     count_ = static_cast<int>(pieces.size());
     std::vector<int> rank(squares_.size(), nobody);
     for (std::size_t k = 0; k < pieces.size(); ++k) rank[pieces[k].root] = static_cast<int>(k);
@@ -88,6 +93,11 @@ class Pieces {
     return k;
   }
 
+  // Whether the middle of a square is marked, in a grid of which the square takes `side` by `side` cells.
+  bool marked(const Grid<std::uint8_t>& marks, std::size_t k, int side) const {
+    const int i = static_cast<int>(k) % squares_.nx * side + side / 2, j = static_cast<int>(k) / squares_.nx * side + side / 2;
+    return marks.at(std::min(i, marks.nx - 1), std::min(j, marks.ny - 1)) != 0;
+  }
   bool in_piece(std::size_t k) const { return steep_.values[k] == 0 && !std::isnan(squares_.values[k]); }
   // Squares beside which there is more of a step than a slope explains. They would link the two sides of a cliff,
   // because they hold points that fly between the sides or lie on the wall.
@@ -134,13 +144,13 @@ Grid<int> lowest_near(const Grid<int>& ranks, int reach, int threads, const Stop
 
 }  // namespace
 
-Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const Stop& stop) {
+Grid<std::uint8_t> hide_beside_cliffs(Grid<float>& heights, const Grid<std::uint8_t>& under_ply, int threads, const Stop& stop) {
   const int side = pool_side(heights);
   const Grid<float> squares = pooled_medians(heights, side, threads, stop);
   Pieces pieces(squares);
-  const Grid<int> ranks = pieces.ranks();
+  const Grid<int> ranks = pieces.ranks(under_ply, side);
   if (pieces.count() < 2) return {};
-  const Grid<int> upper = lowest_near(ranks, static_cast<int>(std::ceil(reach_mm / squares.spacing)), threads, stop);
+  const Grid<int> stays_near = lowest_near(ranks, static_cast<int>(std::ceil(reach_mm / squares.spacing)), threads, stop);
   // Beside a piece of lower rank, only heights that continue that piece stay. A square at the cliff belongs to no
   // piece itself.
   const auto stays = [&](int i, int j, float z) {
@@ -148,7 +158,7 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
     const double near_mm = steepest * (reach + 0.5) * squares.spacing + noise_mm;
     for (int b = std::max(0, j - reach); b <= std::min(ranks.ny - 1, j + reach); ++b)
       for (int a = std::max(0, i - reach); a <= std::min(ranks.nx - 1, i + reach); ++a)
-        if (ranks.at(a, b) == upper.at(i, j) && std::abs(z - squares.at(a, b)) <= near_mm) return true;
+        if (ranks.at(a, b) == stays_near.at(i, j) && std::abs(z - squares.at(a, b)) <= near_mm) return true;
     return false;
   };
   // A square at a cliff may hold heights of both sides.
@@ -162,7 +172,7 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
   parallel_for(ranks.ny, 4, threads, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < ranks.nx; ++i) {
-        if (upper.at(i, j) == nobody || (ranks.at(i, j) == upper.at(i, j) && !at_border(i, j))) continue;
+        if (stays_near.at(i, j) == nobody || (ranks.at(i, j) == stays_near.at(i, j) && !at_border(i, j))) continue;
         for (int y = j * side; y < std::min(heights.ny, (j + 1) * side); ++y)
           for (int x = i * side; x < std::min(heights.nx, (i + 1) * side); ++x) {
             float& z = heights.at(x, y);
@@ -178,7 +188,7 @@ Grid<std::uint8_t> hide_below_cliffs(Grid<float>& heights, int threads, const St
 Grid<std::uint8_t> above_cliffs(const Grid<float>& heights, int threads, const Stop& stop) {
   const int side = pool_side(heights);
   Pieces pieces(pooled_medians(heights, side, threads, stop));
-  const Grid<int> ranks = pieces.ranks();
+  const Grid<int> ranks = pieces.ranks({}, side);
   if (pieces.count() < 2) return {};
   Grid<std::uint8_t> out = heights.like<std::uint8_t>();
   for (int j = 0; j < heights.ny; ++j)

@@ -220,21 +220,24 @@ void FitOptions::check() const {
   require(std::isfinite(robust) && robust >= 3, "robust", "3 or more standard deviations", robust);
 }
 
-Reference fit_reference(const Grid<float>& heights, const FitOptions& options, int threads, const Stop& stop) {
+Reference fit_reference(const Grid<float>& heights, const FitOptions& options, int threads, const Stop& stop,
+                        const Grid<std::uint8_t>& under_ply) {
   options.check();
   require(heights.nx >= 2 && heights.ny >= 2, "heights", "a grid of at least 2 by 2 heights",
           std::to_string(heights.ny) + " by " + std::to_string(heights.nx));
   require(std::isfinite(heights.spacing) && heights.spacing > 0, "heights", "a positive spacing in mm", heights.spacing);
+  require(under_ply.size() == 0 || (under_ply.nx == heights.nx && under_ply.ny == heights.ny), "under_ply", "a mark for each height",
+          std::to_string(under_ply.ny) + " by " + std::to_string(under_ply.nx));
   const FitNodes nodes(heights, options.spacing);
   const int reach = std::max({2, nodes.step, static_cast<int>(std::lround(options.window / heights.spacing))});
   Grid<float> kept = heights;
-  const Grid<std::uint8_t> below = hide_below_cliffs(kept, threads, stop);
+  const Grid<std::uint8_t> hidden = hide_beside_cliffs(kept, under_ply, threads, stop);
   Grid<std::uint8_t> bent;
   std::vector<Grid<Quadratic::Fit>> fits;
   Pool<StripMoments> memory;  // fresh pages for each would take a while
   const auto fitted = [&](int doublings) {
     Grid<double> out = fit_heights(kept, nodes, reach, doublings, bent, fits, memory, threads, stop);
-    if (below.size() != 0) go_on_over_cliffs(out, below);
+    if (hidden.size() != 0) go_on_over_cliffs(out, hidden);
     return Reference(fill_nodes(std::move(out), stop));
   };
   {

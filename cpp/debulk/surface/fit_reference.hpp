@@ -23,9 +23,11 @@ struct FitOptions {
 // cycle alike. Nodes with too little round them (gaps, the border of what was seen) are filled in so that the sum of
 // squared second differences is least. The result covers the grid. Where the fits are off over several nodes (see
 // misfit.hpp), the window is half as wide, and where they are still off, a quarter. Shape details narrower than that
-// are smoothed: this is meant for a mold, not for a ply. Beside a cliff the surface is that of the upper side, up to
-// its last point, where a noise of 0.05 mm causes an error of 0.005 mm in the mean and 0.02 mm at most; see
-// cliffs.hpp. Throws InputError and Stopped.
-Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0, const Stop& stop = Stop());
+// are smoothed: this is meant for a mold, not for a ply. Beside a cliff the surface is that of the side that the
+// ply lies on (`under_ply`: 1 for heights inside its outline), else of the upper side, up to its last point, where a
+// noise of 0.05 mm causes an error of 0.005 mm in the mean and 0.02 mm at most; see cliffs.hpp. Throws InputError and
+// Stopped.
+Reference fit_reference(const Grid<float>& heights, const FitOptions& options = {}, int threads = 0, const Stop& stop = Stop(),
+                        const Grid<std::uint8_t>& under_ply = {});
 
 }  // namespace debulk

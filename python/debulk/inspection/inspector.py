@@ -170,7 +170,8 @@ class Inspector:
         check_solves(recipe)
         preparation = Cycle(progress=progress)
         if not isinstance(reference, Prepared):
-            reference = prepare(reference, self.mold_from_scanner, self.camera, self.mask, recipe, preparation)
+            placed = self.mold_from_scanner, self.camera, self.mask, self.ply_outline
+            reference = prepare(reference, *placed, recipe, preparation)
         self.prepared = reference = replace(reference, thickness_mm=recipe.material.thickness_mm)
         self.grid_spacing_mm = reference.grid_spacing_mm
         self.reference = reference.reference

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "debulk/core/error.hpp"
 #include "debulk/surface/fit_reference.hpp"
 #include "debulk/surface/misfit.hpp"
 #include "scene.hpp"
@@ -62,7 +63,7 @@ TEST(Cliffs, TheUpperSideIsFittedUpToItsLastPoint) {
 TEST(Cliffs, WhatIsHiddenIsOfTheLowerSideAndNear) {
   const Grid<float> grid = plate_on_table(60, 0, 0.05);
   Grid<float> kept = grid;
-  EXPECT_NE(hide_below_cliffs(kept).size(), 0u);
+  EXPECT_NE(hide_beside_cliffs(kept).size(), 0u);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
       const Eigen::Vector2d p = grid.position(i, j);
@@ -76,6 +77,16 @@ TEST(Cliffs, WhatIsHiddenIsOfTheLowerSideAndNear) {
     }
 }
 
+TEST(Cliffs, TheSideThatThePlyLiesOnStaysBelowAHigherFrame) {
+  Grid<float> grid = plate_on_table(-25, 0, 0.05);  // "table": a frame that stands above the plate
+  auto on_plate = grid.like<std::uint8_t>();
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) on_plate.at(i, j) = inward(grid.position(i, j).x(), grid.position(i, j).y()) > 10;
+  EXPECT_LT(worst_on_plate(fit_reference(grid, {}, 0, Stop(), on_plate), grid), 0.08);
+  EXPECT_GT(worst_on_plate(fit_reference(grid), grid), 10);  // without an outline the upper side stays
+  EXPECT_THROW(fit_reference(grid, {}, 0, Stop(), Grid<std::uint8_t>(3, 2, {0, 0}, 0.5)), InputError);
+}
+
 TEST(Cliffs, ThereIsNoneOnWhatIsOneSurface) {
   Noise noise(2);
   Grid<float> grid(400, 300, {0, 0}, 0.5);
@@ -87,7 +98,7 @@ TEST(Cliffs, ThereIsNoneOnWhatIsOneSurface) {
       grid.at(i, j) = p.y() > 70 && p.y() < 100 ? nanf : static_cast<float>(z);  // a drop-out from side to side
     }
   Grid<float> kept = grid;
-  EXPECT_EQ(hide_below_cliffs(kept).size(), 0u);
+  EXPECT_EQ(hide_beside_cliffs(kept).size(), 0u);
   for (std::size_t k = 0; k < grid.size(); ++k) EXPECT_EQ(std::isnan(kept.values[k]), std::isnan(grid.values[k]));
 }
 
@@ -96,7 +107,7 @@ TEST(Cliffs, AClampTakesNothingOfTheMold) {
   for (int j = 100; j < 180; ++j)
     for (int i = 100; i < 180; ++i) grid.at(i, j) = 25;  // 40 by 40 mm
   Grid<float> kept = grid;
-  hide_below_cliffs(kept);
+  hide_beside_cliffs(kept);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i)
       if (grid.at(i, j) == 0) {

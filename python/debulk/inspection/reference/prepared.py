@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, cloud, surface
+from debulk import _core, cloud, pocket, surface
 from debulk._core import InputError
 from debulk.arrays import Cloud, Floats
 from debulk.forking import kept
@@ -114,12 +114,14 @@ def prepare(
     mold_from_scanner: Floats | None,
     camera: Floats | None,
     mask: NDArray[np.bool_] | None,
+    ply_outline: Floats | None,
     recipe: Recipe,
     preparation: Cycle,
 ) -> Prepared:
     """Clean the reference cloud, lay it on a grid, and fit the smooth surface and the camera.
 
-    One copy of the cloud is made at most, and all work is done in that copy.
+    Beside a cliff the surface is that of the side on which the ply lies, if its outline is known. One copy of the cloud
+    is made at most, and all work is done in that copy.
     """
     threads, stop, step = recipe.run.threads, preparation.stop, preparation.step
     if not isinstance(reference, Cleaned):
@@ -129,7 +131,7 @@ def prepare(
         raise frame.pose_needed()
     heights = _gridded(reference.points, sample, place.pose(mold_from_scanner), mask, recipe, preparation)
     del reference  # the memory of a cloud, which the fit does not need
-    fitted = step("reference: fit", 0.65, lambda: _fitted(heights, threads, stop))
+    fitted = step("reference: fit", 0.65, lambda: _fitted(heights, ply_outline, threads, stop))
     step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, image, sample, trace, place)
 
@@ -201,10 +203,11 @@ def cleaned(
     return clean(points, mold_from_scanner, None if image is None else image.camera, recipe, stop), image
 
 
-def _fitted(heights: Grid, threads: int, stop: _core.Stop) -> surface.Reference:
+def _fitted(heights: Grid, ply_outline: Floats | None, threads: int, stop: _core.Stop) -> surface.Reference:
     """Fit the surface; if the fit refuses the heights, raise an error that describes the cloud instead."""
+    under_ply = None if ply_outline is None else pocket.inside_outline(ply_outline, heights)
     try:
-        return surface.fit_reference(heights, threads=threads, stop=stop)
+        return surface.fit_reference(heights, under_ply=under_ply, threads=threads, stop=stop)
     except InputError as error:
         known = int(np.isfinite(heights.values).sum())
         rows, columns = heights.values.shape
