@@ -31,6 +31,16 @@ std::size_t start_of(const FringeLight& light, int row) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(light.width);
 }
 
+// One value per pixel of the sampled rows at which all three are known.
+struct Samples {
+  std::vector<float> bend, texture, beside;  // bend of the phase; the bend that the texture predicts; that of the rows beside
+};
+
+// The rows round a sampled one: their light, and what the texture predicts of them (see `along` in the kernel).
+struct Round {
+  std::vector<float> light[2 * reach + 1], above, here, below;
+};
+
 #define DEBULK_KERNEL "debulk/scanner/lens_blur_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
@@ -38,40 +48,6 @@ float edge_of(const float* phase, const FringeLight& light) {
   PhaseView view;
   view.phase = phase, view.width = light.width, view.height = light.height;
   return edge_ratio * median_step(view);
-}
-
-struct Sample {
-  float bend, texture, beside;  // bend of the phase; the bend that the texture predicts; that of the rows beside
-};
-
-// grad(phase) . grad(ln(light)) along the row, of which `along` in the kernel is the same; NaN where it is not known.
-std::vector<float> across_row(const float* phase, const std::vector<float>& light, float edge) {
-  std::vector<float> out(light.size(), std::numeric_limits<float>::quiet_NaN());
-  for (std::size_t i = 1; i + 1 < light.size(); ++i) {
-    const float step = phase[i + 1] - phase[i - 1], ratio = (light[i + 1] - light[i - 1]) / (light[i + 1] + light[i - 1]);
-    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) out[i] = 0.5f * step * ratio * (1 + ratio * ratio / 3);
-  }
-  return out;
-}
-
-void sample_row(const float* phase, const FringeLight& light, int row, float edge, Isa isa, std::vector<Sample>& out) {
-  std::vector<float> rows[2 * reach + 1], across[2 * reach + 1];
-  for (int k : {0, 1, 2, 3, 4}) {
-    DEBULK_ON(isa, light_of_row(light, row + k - reach, rows[k]));
-    if (k % reach == 0) across[k] = across_row(phase + start_of(light, row + k - reach), rows[k], edge);
-  }
-  const std::size_t width = rows[0].size();
-  const float *above = phase + start_of(light, row - 1), *here = phase + start_of(light, row), *below = phase + start_of(light, row + 1);
-  std::vector<float> texture = across[reach];
-  for (std::size_t i = 0; i < width; ++i) {
-    const float ratio = (rows[3][i] - rows[1][i]) / (rows[3][i] + rows[1][i]), step = below[i] - above[i];
-    if (std::abs(step) <= 2 * edge && std::abs(ratio) <= most_ratio) texture[i] += 0.5f * step * ratio * (1 + ratio * ratio / 3);
-  }
-  const auto bend = [](const auto& a, std::size_t i) { return a[i] - 0.5f * (a[i - reach] + a[i + reach]); };
-  for (std::size_t i = reach; i + reach < width; ++i) {
-    const Sample s{bend(here, i), bend(texture, i), bend(across[0], i) + bend(across[2 * reach], i)};
-    if (std::isfinite(s.bend) && std::isfinite(s.texture) && std::isfinite(s.beside)) out.push_back(s);
-  }
 }
 
 }  // namespace
@@ -82,29 +58,27 @@ double estimate_blur(const float* phase, const FringeLight& light, int threads, 
   const int count = (light.height - 2 * reach + every - 1) / every;
   if (!(edge > 0) || count < 1 || light.width < narrowest) return 0;
   const Isa isa = best_isa();
-  std::vector<std::vector<Sample>> parts(static_cast<std::size_t>(count));
+  std::vector<Samples> parts(static_cast<std::size_t>(count));
   parallel_for(count, 4, threads, stop, [&](long begin, long end) {
+    Round rows;
     for (long k = begin; k < end; ++k)
-      sample_row(phase, light, reach + static_cast<int>(k) * every, edge, isa, parts[static_cast<std::size_t>(k)]);
+      DEBULK_ON(isa, sample_row(phase, light, reach + static_cast<int>(k) * every, edge, rows, parts[static_cast<std::size_t>(k)]));
   });
   std::vector<float> bends;
-  for (const auto& part : parts)
-    for (const Sample& s : part) bends.push_back(std::abs(s.bend));
+  for (const Samples& part : parts) bends.insert(bends.end(), part.bend.begin(), part.bend.end());
   if (bends.size() < 1000) return 0;
-  const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
-  std::nth_element(bends.begin(), middle, bends.end());
-  const float usual = 6 * *middle;  // four standard deviations; larger bends lie on folds and edges
+  const float usual = 6 * middle_size(bends);  // four standard deviations; larger bends lie on folds and edges
   double follows = 0, strength = 0;
-  for (const auto& part : parts)
-    for (const Sample& s : part)
-      if (std::abs(s.bend) <= usual)
-        follows += static_cast<double>(s.bend) * s.beside, strength += static_cast<double>(s.texture) * s.beside;
+  for (const Samples& s : parts)
+    for (std::size_t i = 0; i < s.bend.size(); ++i)
+      if (std::abs(s.bend[i]) <= usual)
+        follows += static_cast<double>(s.bend[i]) * s.beside[i], strength += static_cast<double>(s.texture[i]) * s.beside[i];
   if (!(strength > 0)) return 0;
   const double variance = follows / strength;
   double squares = 0;
-  for (const auto& part : parts)
-    for (const Sample& s : part)
-      if (std::abs(s.bend) <= usual) squares += std::pow((s.bend - variance * s.texture) * s.beside, 2);
+  for (const Samples& s : parts)
+    for (std::size_t i = 0; i < s.bend.size(); ++i)
+      if (std::abs(s.bend[i]) <= usual) squares += std::pow((s.bend[i] - variance * s.texture[i]) * s.beside[i], 2);
   return variance > surest * std::sqrt(squares) / strength ? std::min(variance, most_variance) : 0;
 }
 
