@@ -149,15 +149,12 @@ class Level(Section):
     largest_share: float = Field(
         default=0.05, ge=0, le=0.5, description="share of the ply between the pockets that may lie wrong"
     )
-    largest_pocket_share: float = Field(
-        default=0.3, gt=0, le=1, description="share of the ply that one pocket may cover, down to its foot"
-    )
     largest_edge_share: Share = Field(
         default=0.2,
         description="share of the outline along which the scan may show the ply's edge elsewhere; it may never be 20 "
         "mm away along 120 mm",
     )
-    RETIRED = ("remove_offset_mm",)
+    RETIRED = ("remove_offset_mm", "largest_pocket_share")
 
 
 class Patch(Section):

@@ -113,14 +113,6 @@ CHECK_TEXTS = (
         (INVALID,),
     ),
     CheckText(
-        "largest_pocket",
-        "One pocket stands on most of the ply",
-        "the foot of the widest pocket",
-        "`level.largest_pocket_share` of the ply",
-        "lay the ply down, or check pose and reference, then scan again",
-        (INVALID,),
-    ),
-    CheckText(
         "reference_humps",
         "The reference may hold a pocket of the ply before",
         "round humps of the reference on smooth surroundings, under the ply, and the air that the ply shows on them",

@@ -32,7 +32,7 @@ def clouds(radius_mm: float, half_width_mm: float, flatter: float, half_ply_mm: 
 def inspector(radius_mm: float, half_width_mm: float, half_ply_mm: float, known_outline: bool, criterion: str):
     """Prepare for plies over a dish once: a preparation takes as long as an inspection."""
     reference, _ = clouds(radius_mm, half_width_mm, 1.0, half_ply_mm)
-    recipe = Recipe(level={"largest_pocket_share": 1.0}, verdict={"criterion": criterion})
+    recipe = Recipe(verdict={"criterion": criterion})
     return Inspector(recipe, reference, half_ply_mm * SQUARE if known_outline else None)
 
 

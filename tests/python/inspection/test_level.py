@@ -142,6 +142,14 @@ def test_a_pocket_that_covers_the_ply_is_none():
     assert report.verdict is Verdict.INVALID
 
 
+@pytest.mark.parametrize(("high_mm", "expected"), [(8, Verdict.CEASE), (14, Verdict.CREASE)])
+def test_a_pocket_on_a_third_of_the_ply_is_judged_by_its_fibres(high_mm, expected):
+    report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(0, 0, 640, high_mm)))
+    foot_mm2, ply_mm2 = map(pocket.polygon_area, (report.pockets[0].foot_or_outline_mm, laid_ply.layup().ply_outline))
+    assert abs(foot_mm2) > 0.3 * abs(ply_mm2)
+    assert report.verdict is expected, report.reason
+
+
 def test_an_image_of_a_camera_needs_a_pose(layups=("first", "varied")):
     for family in layups:
         g = given(family)

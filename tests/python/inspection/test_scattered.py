@@ -7,7 +7,7 @@ import pytest
 
 import laid_ply
 from debulk import Verdict, inspect
-from debulk.inspection.rawscan import scattered
+from debulk.inspection.rawscan import narrow, scattered
 from debulk.inspection.rawscan.narrow import Standing
 from lab.varied import given_right, varied_layup
 
@@ -50,7 +50,7 @@ def test_so_many_samples_must_lie_under_the_mold(report):
     enough_mm = np.sqrt(np.prod(high - low) * scattered.LIMITS.least_share / 400)
     assert verdict_with(400, 1.1 * enough_mm) is not Verdict.CREASE
     assert verdict_with(400, 0.7 * enough_mm) is Verdict.CREASE
-    assert verdict_with(scattered.LIMITS.fewest - 1, 100 * enough_mm) is Verdict.CREASE
+    assert verdict_with(narrow.LIMITS.fewest - 1, 100 * enough_mm) is Verdict.CREASE
     assert verdict_with(0, np.inf) is Verdict.CREASE
 
 

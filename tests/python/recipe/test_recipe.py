@@ -52,7 +52,7 @@ def test_every_setting_is_described_and_every_dimension_named():
         "friction", "bulk_factor", "neighbours", "std_ratio", "least_ratio", "median_cells", "mode",
         "node_target", "paths", "when", "criterion",
         "method", "starts", "most_starts", "seed", "tolerance", "max_iterations", "stiffness",
-        "min_coverage", "min_pocket_coverage", "largest_share", "largest_pocket_share", "largest_edge_share",
+        "min_coverage", "min_pocket_coverage", "largest_share", "largest_edge_share",
         "threads", "hash_scan", "audit", "lumping", "pressure_direction", "max_risk", "thickness_share",
         "height_share",
     }  # fmt: skip

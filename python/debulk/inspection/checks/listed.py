@@ -46,7 +46,6 @@ CHECKS = (
     Check("mold_edge", _of_place("mold_edge"), (mold_edge.LIMITS,)),
     Check("level", _of_place("level"), (level.LIMITS,)),
     Check("ply_edge", _of_place("ply_edge"), (ply_edge.LIMITS,)),
-    Check("largest_pocket", _of_place("largest_pocket")),
     Check("reference_humps", lambda seen: humps.findings(seen.humps, seen.ply.recipe)),
     Check("coverage", pockets.coverage),
     Check("outline", pockets.outline),

@@ -21,7 +21,7 @@ class Limits:
     """Of pixels that fly; `tests/python/inspection/test_flying.py` has such pixels, and bumps that are none."""
 
     coarse_mm: float = 1.0  # pitch from which the filter of spikes spares what may be a bump (options.spike_mm)
-    steep: float = 2.0  # height over the pitch: a wall of 63 degrees all round
+    steep: float = 2.0  # height over the pitch, or a bump's over its foot's width: a wall of 63 degrees all round
     foot_share: float = 0.25  # of its height, which a group's own surroundings reach if it falls off as a ply does
     unseen_share: float = 0.3  # of the pixels round a group: it may fall off among them
     widest: int = 3  # pixels along each side of a square that stands: what holds one is a bump

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class Outline:
         """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
         return np.where(self._own, heights.at(self._xy), np.nan)
 
-    def lines(self, heights: Grid, offsets_mm: Sequence[float], step_mm: float) -> Floats:
+    def lines(self, heights: Grid, offsets_mm: Floats, step_mm: float) -> Floats:
         """Return heights (M, K) of a map along lines parallel to the outline, some `step_mm` apart; NaN: not known."""
         count = len(self.places_mm)
         at = np.linspace(0, count, max(count, round(count * self.step_mm / step_mm)), endpoint=False)
@@ -69,7 +69,7 @@ class Outline:
         places, normals = (
             (1 - share) * of[before] + share * of[(before + 1) % count] for of in (self.places_mm, self.normals)
         )
-        return np.asarray(heights.at(places[:, None] + np.array(offsets_mm)[:, None] * normals[:, None]))
+        return np.asarray(heights.at(places[:, None] + offsets_mm[:, None] * normals[:, None]))
 
     def missed(self, missed_mm: Callable[[Floats], Floats], off_mm: float) -> Floats:
         """Return by how much the reference stands above its surface at the places and offsets, (N, K); 0: not known.

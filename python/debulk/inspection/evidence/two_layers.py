@@ -30,7 +30,7 @@ from debulk.results.number import HIGHEST_MM
 class Limits:
     """Of two layers in one cloud; `tests/python/inspection/test_thicknesses.py` mixes scans."""
 
-    side_pitches: float = 7.0  # of a window: about 49 points
+    side: int = 7  # pixels or pitches of a window: 49 points, about as many of a list
     least_points: int = 16  # of a window
     most_points: int = 1000  # of a window, those about its middle: all are compared with all
     least_windows: int = 5  # that show two layers
@@ -39,7 +39,6 @@ class Limits:
     minor_share: float = 0.15  # of the points: a thinner layer is one of outliers
     mixed_share: float = 0.6  # of what chance gives: points whose nearest neighbour lies in the other layer
     apart_thicknesses: float = 0.25  # least distance of the layers
-    side_pixels: int = 7  # of a window of an image
     every_mm: float = 9.0  # from one window of an image to the next: four across a pocket that can crease
     jump_share: float = 0.5  # of that distance: pixels in two layers are half of it off the mean of their neighbours
     near_windows: int = 4  # of three by three windows of an image that show two layers
@@ -60,7 +59,7 @@ def layers_apart_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) ->
 
 
 def _in_list_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> float:
-    side = LIMITS.side_pitches * pitch_mm
+    side = LIMITS.side * pitch_mm
     pose = setup.pose
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off are in no window
         at = [product(scan, pose[k, :3].astype(np.float32)) + np.float32(pose[k, 3]) for k in (0, 1)]
@@ -77,7 +76,7 @@ def _in_list_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> flo
 
 
 def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> float:
-    side, least_mm = LIMITS.side_pixels, LIMITS.near_thicknesses * setup.recipe.material.thickness_mm
+    side, least_mm = LIMITS.side, LIMITS.near_thicknesses * setup.recipe.material.thickness_mm
     step = max(side, round(LIMITS.every_mm / pitch_mm))
     up = setup.pose[2, :3].astype(np.float32)
     if min(scan.shape[:2]) < side:
@@ -125,7 +124,7 @@ def _along(points: NDArray[np.float32], up: NDArray[np.float32]) -> NDArray[np.f
 
 def _jumps_mm(scan: NDArray[np.float32], up: NDArray[np.float32], step: int) -> Floats:
     """Return for each window how far a pixel of its middle row or column is at most off the mean of its neighbours."""
-    side = LIMITS.side_pixels
+    side = LIMITS.side
     rows, columns = ((size - side) // step + 1 for size in scan.shape[:2])
     most = np.zeros((rows, columns), dtype=np.float32)
     middle, near = side // 2, range(1, side - 1)

@@ -30,7 +30,6 @@ from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
-from debulk.words import xy_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,22 +128,9 @@ class Placing:
         return plateaus.findings(plateaus.find(heights, self.zones, self._setup, stop), self._thickness_mm)
 
     def judge(self, sample: Sample, found: Found) -> Placed:
-        """Judge the level between the pockets, and their share of the ply."""
+        """Judge the level between the pockets."""
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
-        placed = self.judge_between(sample, outlines, found.overview)
-        widest = max(found.pockets, key=lambda p: p.foot.area_mm2, default=None)
-        share = 0.0 if widest is None else widest.foot.area_mm2 / self.zones.area_mm2
-        most = self._recipe.level.largest_pocket_share
-        if placed.finding or widest is None or share <= most:
-            return placed
-        reason = (
-            f"pocket {widest.number} stands on {100 * share:.0f} % of the ply, limit {100 * most:g} % "
-            "(level.largest_pocket_share): that is no pocket, but a ply that does not lie on the mold, or a scan out "
-            "of place"
-        )
-        place, number = xy_of(widest.pocket.centroid_mm), widest.number
-        finding = Finding("largest_pocket", Verdict.INVALID, reason, share, most, place_mm=place, pocket=number)
-        return replace(placed, finding=finding)
+        return self.judge_between(sample, outlines, found.overview)
 
     def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
         """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
@@ -194,7 +180,7 @@ class Placing:
         found = deviation(blocks, self._thickness_mm, self._least_mm)
         level = level_of(found, self._thickness_mm, self._tol_mm)
         loose = self._loose_share(found)
-        doubt = level_reason(level, found, recipe, 0.0 if outlines else recipe.level.largest_pocket_share, loose)
+        doubt = level_reason(level, found, recipe, 0.0 if outlines else LIMITS.loose_share, loose)
         needed = level.low_share + level.high_share > recipe.level.largest_share
         if not doubt:
             return Placed(replace(level, loose_share=loose) if needed else level)

@@ -31,7 +31,6 @@ from debulk.words import in_cm2, in_mm, xy_of
 class Limits:
     """Of flat places with a sharp edge; bench/trust/trust.py has torn and folded plies, and things on them."""
 
-    off_thicknesses: float = PAST_MIDDLE  # off the ply's level, at least
     edge_mm: float = 3.5  # greatest width of the edge, between what is flat; a step has two cells of the map at most
     edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
     flat_share: float = 0.25  # of its height: by less a cell of a flat place is off it, and neighbours in an even part
@@ -97,7 +96,7 @@ def find(heights: Grid, zones: PlyZones, setup: Setup, stop: _core.Stop | None =
     thickness, cell = recipe.material.thickness_mm, float(heights.spacing_mm)
     on = zones.cells(heights) & np.isfinite(heights.values)
     rise = cv2.medianBlur(np.where(on, heights.values - np.float32(thickness), np.float32(0)), 3)
-    off = np.abs(rise) > LIMITS.off_thicknesses * thickness
+    off = np.abs(rise) > PAST_MIDDLE * thickness
     least_mm2 = options.looked_for_mm2(recipe)
     if np.count_nonzero(off) * cell**2 < least_mm2:
         return ()

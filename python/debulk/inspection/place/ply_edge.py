@@ -50,8 +50,9 @@ class Limits:
     # Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside.
     spread_share: float = 0.5
     spread_mm: float = 12.0
-    beside_mm: tuple[float, ...] = (-6.0, -4.0, -2.0, 2.0, 4.0, 6.0)  # lines; along none outside may a fibre be longest
-    along_mm: float = 2.0  # from point to point of these lines; a coarser map does not show how long a fibre is
+    # Between lines beside the outline, up to `blur_mm` off it, along none of which outside a fibre may be longest, and
+    # from point to point of each; a coarser map does not show how long a fibre is.
+    along_mm: float = 2.0
     lifted_mm: float = 0.2  # ply that is lower lies on the mold
     aslant: float = 0.7  # of its height: so far outside shows the side of an edge that is seen at 35 degrees
     levels_mm: tuple[float, float] = (BESIDE_MM, 28.0)  # distances from the outline between which both levels are read
@@ -184,8 +185,9 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
     """
     if heights.spacing_mm > LIMITS.along_mm:
         return None
-    off_mm = np.array(LIMITS.beside_mm)
-    lifted = outline.lines(heights, LIMITS.beside_mm, LIMITS.along_mm) - bare_mm
+    out_mm = np.arange(LIMITS.along_mm, LIMITS.blur_mm + LIMITS.along_mm, LIMITS.along_mm)
+    off_mm = np.concatenate([-out_mm[::-1], out_mm])
+    lifted = outline.lines(heights, off_mm, LIMITS.along_mm) - bare_mm
     nearest = np.arange(len(lifted)) * len(outline.places_mm) // len(lifted)
     edges: Bools = np.asarray(np.isnan(missed[:, np.abs(outline.offsets_mm) <= off_mm.max()]).any(axis=1))
     unknown = np.isnan(lifted) | edges[nearest, None]

@@ -28,9 +28,8 @@ class Limits:
     allowed: float = 0.9  # sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
     most_windows: int = 64  # evenly along the outline
     least_windows: int = 16
-    half_pixels: int = 12  # from a window's middle to its sides
+    half_pixels: int = 12  # from a window's middle to its sides: its inner half shows the spread, the rest the noise
     miss_pixels: float = 2.0  # by which the pixel in a window's middle may miss the outline
-    near_pixels: float = half_pixels / 2  # from the edge: within it the spread is measured, beyond it the noise
     beside_pixels: float = 4.0  # from the edge: beyond it the levels are read
     least_seen_share: float = 0.9  # of a window's pixels
     least_points: int = 60  # in each part of a window, and for the first estimate
@@ -141,7 +140,7 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
         inner, outer = known & (out - edge < -LIMITS.beside_pixels), known & (out - edge > LIMITS.beside_pixels)
         high, low = _quantile(_ranked(height, inner), 0.5), _quantile(_ranked(height, outer), 0.5)
     share = (height - low) / (high - low)
-    near = np.abs(out - edge) < LIMITS.near_pixels
+    near = np.abs(out - edge) < LIMITS.half_pixels / 2
     used = known & (np.abs(share - 0.5) < 0.5 + LIMITS.off_steps)
     varies = np.where(used, share * (1 - share), 0.0)
     at_edge, of_noise = (
@@ -154,7 +153,7 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     )
     for where in (inner, outer, used & near, used & ~near):
         good = good & (_count(where) >= LIMITS.least_points)
-    return np.ravel(np.where(good, np.sqrt(np.pi) * 2 * LIMITS.near_pixels * (at_edge - of_noise), np.nan))
+    return np.ravel(np.where(good, np.sqrt(np.pi) * LIMITS.half_pixels * (at_edge - of_noise), np.nan))
 
 
 def _count(marks: Bools) -> NDArray[np.int64]:

@@ -38,20 +38,17 @@ class Limits:
     """Of places that the filters take for noise; `tests/python/inspection/test_narrow.py` has such places."""
 
     sample_mm: float = 1.0  # a denser scan is read in steps of about this
-    narrowest_ply_mm: float = 8.0  # pixels so far apart show which part of an image is the ply's
     window_mm: float = 17.0  # along the side of the opening's window: what is wider at its foot survives the filters
     stands_out_mm: float = 0.4  # above the opening, at least
     one_of: int = 8  # samples, but the `fewest` at least, are the top of a place: their mean is its height
     flies: float = 1.5  # times the median of the top: what is higher is a flying pixel
     noise: float = 3.0  # least height above the opening, over the median of all: the opening lies below by the noise
     fewest: int = 4  # samples that stand out: fewer are flying pixels
-    widest_mm: float = 8.0  # at half the height; what is wider survives the filters
+    # At half the height: what is wider survives the filters. Pixels so far apart show which part of an image is the
+    # ply's, and pixels half as far apart resolve nothing so narrow.
+    widest_mm: float = 8.0
     sunk_share: float = 0.07  # of the samples near by that lie deep below: in a highlight, half of them do
-    unseen_share: float = flying.LIMITS.unseen_share  # of the samples near by
     near_samples: int = 3  # how far from a place "near by" is
-    steepest: float = 2.0  # height over the width of the foot; a bump that is steeper is not of a ply
-    wrinkle_mm: float = flying.LIMITS.longest_mm  # what is longer is a standing wrinkle
-    coarsest_mm: float = widest_mm / 2  # distance of samples from which on nothing so narrow is resolved
     spoiled_share: float = 0.2  # of the ply's samples that stand out: more of them are no places but a spoiled scan
 
 
@@ -83,7 +80,7 @@ class Narrow:
     @property
     def is_wrinkle(self) -> bool:
         """Whether it is so long that it is a standing wrinkle, and no bump."""
-        return self.length_mm >= LIMITS.wrinkle_mm
+        return self.length_mm >= flying.LIMITS.longest_mm
 
 
 @dataclass(frozen=True)
@@ -122,7 +119,7 @@ class NarrowSearch:
         pitches_mm = (known, known) if image.laid else (_pitch_mm(np.swapaxes(points, 0, 1)), _pitch_mm(points))
         if not min(pitches_mm) > 0:
             return _not_searched("the pitch of the scan's pixels is not known")
-        if max(pitches_mm) > LIMITS.coarsest_mm:
+        if max(pitches_mm) > LIMITS.widest_mm / 2:
             return _not_searched(f"the pixels are {max(pitches_mm):.2g} mm apart")
         return or_late(
             lambda: self._find(image, None if image.laid else mask, pitches_mm, stop or _core.Stop()),
@@ -139,7 +136,7 @@ class NarrowSearch:
         sample_mm = max(1, round(LIMITS.sample_mm / coarse_mm)) * coarse_mm
         down, right = (max(1, round(sample_mm / pitch_mm)) for pitch_mm in pitches_mm)
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            part = self._part(scan, [max(1, int(LIMITS.narrowest_ply_mm / pitch_mm)) for pitch_mm in pitches_mm])
+            part = self._part(scan, [max(1, int(LIMITS.widest_mm / pitch_mm)) for pitch_mm in pitches_mm])
             points = self._in_mold(scan[part][::down, ::right])
             if mask is not None:
                 points[mask[part][::down, ::right]] = np.nan
@@ -164,7 +161,7 @@ class NarrowSearch:
             )
             return _not_searched("the scan is spoiled", Finding("raw_scan", Verdict.INVALID, why))
         places = []
-        for part, own in _groups(stands, LIMITS.wrinkle_mm / sample_mm):
+        for part, own in _groups(stands, flying.LIMITS.longest_mm / sample_mm):
             heed(stop, _SEARCH)
             place = _measured(points[part], height[part], out[part], own, sample_mm)
             if place is not None:
@@ -282,17 +279,19 @@ def _measured(
     width_mm = count * sample_mm**2 / length_mm
     if length_mm < 3 * width_mm:
         width_mm = min(length_mm, _ROUND * width_mm)
-    is_long = length_mm >= LIMITS.wrinkle_mm
+    is_long = length_mm >= flying.LIMITS.longest_mm
     if count < LIMITS.fewest or width_mm > LIMITS.widest_mm or not (is_long or _blocks(upper).any()):
         return None
     # The crest lies between samples: what the mean over two by two of them is of the height of a bell, cos² by cos².
     phase = math.pi * sample_mm / width_mm
     shown = (0.5 + 0.5 * math.sin(phase) / phase) ** 2
     height_mm = peak_mm if is_long else peak_mm / shown
-    if not is_long and height_mm > LIMITS.steepest * 2 * width_mm:
+    if not is_long and height_mm > flying.LIMITS.steep * 2 * width_mm:
         return None
     beside = out[grown(own, LIMITS.near_samples)]
-    if np.mean(beside < -0.25 * peak_mm) > LIMITS.sunk_share or np.mean(~np.isfinite(beside)) > LIMITS.unseen_share:
+    if np.mean(beside < -0.25 * peak_mm) > LIMITS.sunk_share:
+        return None
+    if np.mean(~np.isfinite(beside)) > flying.LIMITS.unseen_share:
         return None
     places = points[upper][:, :2].astype(np.float64)
     first, last, summit = places[along.argmin()], places[along.argmax()], points.reshape(-1, 3)[highest[0]]

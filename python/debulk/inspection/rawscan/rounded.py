@@ -16,6 +16,7 @@ from debulk import _core
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.rawscan import vouched
 from debulk.inspection.rawscan.vouched import Asked, Axes, Made, beside, not_vouched, pieces, steps_hide
 
 
@@ -28,7 +29,6 @@ class Limits:
     # Of a step: farther from the surface lies no point that was rounded alone, and 0.03 of those of a level ply half
     # way between two steps, however little noise it has.
     half_step: float = 0.65
-    rarest: float = 0.02  # share of such points in a part without noise
     most: float = 0.3  # with more of them, a part has noise
     deviations: float = 5.0  # by which parts with noise never lie below the median
     covers_cells: int = 5  # of the side of a part without noise; nearer to its rim, some noise is let pass
@@ -80,11 +80,11 @@ def _without_noise(
         middle, high = np.quantile(share[judged], [0.5, 0.75])
         # Parts without noise have the lowest shares, so that the upper half is free of them.
         least = middle - LIMITS.deviations * 2 * medians.OF_QUARTILES * (high - middle)
-        if least > LIMITS.rarest:
+        if least > vouched.LIMITS.rarest:
             made, told = made | (judged & (share <= min(least, LIMITS.most))), True
     if not told:
         judged, share = _shares(between, on_ply)
-        if judged.any() and np.median(share[judged]) < LIMITS.rarest:
+        if judged.any() and np.median(share[judged]) < vouched.LIMITS.rarest:
             made = judged & (share > LIMITS.late)
     made = cv2.dilate(made.view(np.uint8), np.ones((LIMITS.covers_cells,) * 2, np.uint8)).view(np.bool_) & on_ply
     marks = np.stack([made, np.zeros_like(made), np.zeros_like(made)])

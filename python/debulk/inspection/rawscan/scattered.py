@@ -14,6 +14,7 @@ import numpy as np
 from debulk import pocket
 from debulk.arrays import Floats
 from debulk.inspection.ply import polyline
+from debulk.inspection.rawscan import narrow
 from debulk.inspection.rawscan.narrow import Standing
 from debulk.results.half_seen import or_undecided
 from debulk.results.report import PocketReport
@@ -25,7 +26,6 @@ class Limits:
     """Of samples under the mold; `tests/python/inspection/test_scattered.py` has such spots, and bumps beside them."""
 
     least_share: float = 0.03  # of its foot: of spots of which half was unseen it was 0.037 to 0.12, of bumps 0.006
-    fewest: int = 4  # samples: fewer are flying pixels
     # Round its foot: of a spot the filters may leave a part that holds none. Of 0.1 to 0.3 cm² left of five spots 7 to
     # 19 mm wide the share within it was 0.029 to 0.17.
     round_mm: float = 3.0
@@ -61,6 +61,6 @@ def _under_the_mold(foot_mm: Floats, standing: Standing) -> int:
     for reach_mm in (0.0, LIMITS.round_mm):
         within = int(np.count_nonzero(from_foot_mm <= reach_mm))
         area_mm2 = pocket.polygon_area(foot_mm) + reach_mm * (round_it_mm + np.pi * reach_mm)  # Steiner's formula
-        if within >= LIMITS.fewest and within * standing.sample_mm**2 >= LIMITS.least_share * area_mm2:
+        if within >= narrow.LIMITS.fewest and within * standing.sample_mm**2 >= LIMITS.least_share * area_mm2:
             return within
     return 0

@@ -23,11 +23,10 @@ class Limits:
     side: int = 16  # points along the side of a square
     degree: int = 5  # of the polynomial that removes the ply's shape from a square
     most_squares: int = 100  # looked at
-    least_squares: int = 20  # from which anything is said
+    fewest: int = 20  # squares, and differences in each, out of 144, from which anything is said
     least_share: float = 0.4  # of the squares looked at that must give a result
     silent_share: float = 0.8  # of them: if more show no noise, the scan has none
     least_seen_share: float = 0.75  # of a square's points
-    least_differences: int = 20  # in a square, out of 144: each needs 25 points
     resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
     steps: float = 0.6  # of rounded depths: smaller scatter is that of rounding, 0.29 of a step, which is white
     # Share of white noise below which noise is shared: 1 for white noise; after a box of 3 points 0.29 is left, of 5
@@ -81,9 +80,9 @@ def noise_is_shared(image: CloudImage, squares: Whole, step: int) -> bool | None
 
 def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
     own, silent = _own_share(depths, rounded_mm)
-    if silent > max(LIMITS.least_squares, LIMITS.silent_share * len(depths)):
+    if silent > max(LIMITS.fewest, LIMITS.silent_share * len(depths)):
         return None
-    told = len(own) >= max(LIMITS.least_squares, LIMITS.least_share * len(depths))
+    told = len(own) >= max(LIMITS.fewest, LIMITS.least_share * len(depths))
     return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
 
@@ -118,7 +117,7 @@ def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
     of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
     noise_mm = np.maximum(LIMITS.resolutions * resolved, LIMITS.steps * rounded_mm)
-    usable, noisy = number >= LIMITS.least_differences, scatter > noise_mm
+    usable, noisy = number >= LIMITS.fewest, scatter > noise_mm
     tells = usable & noisy
     return np.asarray(of_white[tells] / scatter[tells]), int(np.count_nonzero(usable & ~noisy))
 
