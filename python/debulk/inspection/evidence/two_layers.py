@@ -40,7 +40,6 @@ class Limits:
     mixed_share: float = 0.6  # of what chance gives: points whose nearest neighbour lies in the other layer
     apart_thicknesses: float = 0.25  # least distance of the layers
     every_mm: float = 9.0  # from one window of an image to the next: four across a pocket that can crease
-    jump_share: float = 0.5  # of that distance: pixels in two layers are half of it off the mean of their neighbours
     near_windows: int = 4  # of three by three windows of an image that show two layers
     near_mixed_share: float = 0.9  # in an image; of what chance gives, a streak of two rows has 0.82
     repeated_share: float = 0.25  # of neighbours both ways that are equal: an image was enlarged, and is no other's
@@ -82,7 +81,8 @@ def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> fl
     if min(scan.shape[:2]) < side:
         return 0.0
     with np.errstate(invalid="ignore", over="ignore"):  # points at infinity count as none
-        looked = _jumps_mm(scan, up, step) > LIMITS.jump_share * least_mm
+        # A pixel beside one of the other layer is off the mean of its neighbours by half of the distance, or by all.
+        looked = _jumps_mm(scan, up, step) > 0.5 * least_mm
         middle = scan[side // 2 :: step, side // 2 :: step][: looked.shape[0], : looked.shape[1]]
         looked &= complete(np.isfinite(middle))
         if setup.outline is not None and looked.any():

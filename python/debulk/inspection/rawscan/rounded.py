@@ -32,8 +32,7 @@ class Limits:
     most: float = 0.3  # with more of them, a part has noise
     deviations: float = 5.0  # by which parts with noise never lie below the median
     covers_cells: int = 5  # of the side of a part without noise; nearer to its rim, some noise is let pass
-    between: float = 0.5  # of the step: points that differ by less lie between steps
-    late: float = 0.5  # share of them in what was filled in after the rounding
+    late: float = 0.5  # share of points between steps in what was filled in after the rounding
 
 
 LIMITS = Limits()
@@ -100,7 +99,7 @@ def _steps(depths: Cloud, every: int, step_mm: float) -> tuple[Bools, Cloud]:
         np.fmin(gap_mm, apart, where=apart > 0, out=gap_mm)
     low, middle, high = np.quantile(here[np.isfinite(here)], (0.01, 0.5, 0.99))
     far = abs(middle) > high - low  # else depths are not those from a camera, and all steps are alike
-    between = gap_mm < LIMITS.between * step_mm * (np.minimum((here / middle) ** 2, 1) if far else 1)
+    between = gap_mm < 0.5 * step_mm * (np.minimum((here / middle) ** 2, 1) if far else 1)
     gap_mm[between] = np.inf
     own_mm = cv2.erode(gap_mm, np.ones((LIMITS.window_cells,) * 2, np.uint8))
     own_mm[own_mm > 2 * step_mm] = step_mm

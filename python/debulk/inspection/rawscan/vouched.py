@@ -47,7 +47,6 @@ class Limits:
     rarest: float = 0.02  # probability of what a measured point hardly ever is
     least_share: float = 0.3  # of a part's cells in which a point was asked
     level: float = 0.5  # share of quiet points, from which it does not matter that a level place repeats depths
-    rim_pixels: int = 1  # by which quiet parts come out smaller: differences across their rim have noise from outside
 
 
 LIMITS = Limits()
@@ -166,7 +165,7 @@ def pieces(made: Bools, xy_mm: Cloud, asked: Asked, marks: NDArray[Any]) -> list
         if len(places):
             shares = [float(np.mean(one[window][own])) for one in marks]
             if shares[0] > max(shares[1:]):
-                wide_mm += 2 * LIMITS.rim_pixels * asked.pitch_mm
+                wide_mm += 2 * asked.pitch_mm  # differences across its rim have noise from outside
             centre_mm, box_mm = xy_of(places.mean(axis=0)), np.stack([places.min(axis=0), places.max(axis=0)])
             out.append(Made(centre_mm, area_mm2, wide_mm, box_mm, *shares))
     return out
