@@ -6,6 +6,7 @@ modulation of the left image is compared with that of the right image at the mat
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -123,7 +124,8 @@ def _patch(
     lines = wide[:, None] * step + np.arange(rows.start, rows.stop, step)
     at_x = np.tile(there.astype(np.float32), (len(wide), 1))
     at_y = np.repeat(lines.reshape(-1, 1).astype(np.float32), there.shape[1], axis=1)
-    textures = _textures(right, _remap(right_x, at_x, at_y), _remap(right_y, at_x, at_y), len(wide))
+    there_x, there_y = _remap((right_x, right_y), at_x, at_y)
+    textures = _textures(right, there_x, there_y, len(wide))
     scores = textures @ reference / np.sqrt((textures**2).sum(axis=1) * (reference @ reference) + 1e-300)
     scores[np.isnan(scores)] = -1.0
     best = int(np.argmax(scores))
@@ -134,24 +136,30 @@ def _patch(
     return float(here), float(step * (wide[best] + (0.5 * (before - after) / bend if bend < 0 else 0.0)))
 
 
-def _remap(image: Singles, x: Singles, y: Singles) -> Singles:
+def _remap(images: Sequence[Singles], x: Singles, y: Singles) -> list[Singles]:
+    """Interpolate several images at the same places."""
     import cv2
 
     # Cut out only the part that is needed: OpenCV's coordinates end at 32767, and counting from a corner keeps
     # precision.
     i0, j0 = max(int(y.min()) - 2, 0), max(int(x.min()) - 2, 0)
-    part = image[i0 : int(y.max()) + 4, j0 : int(x.max()) + 4]
-    if part.size == 0 or min(part.shape) < 2:
-        return np.full(x.shape, np.nan, np.float32)
-    out = cv2.remap(
-        part,
-        (x - np.float32(j0)).reshape(1, -1),  # a single row, for which OpenCV wakes no other threads
-        (y - np.float32(i0)).reshape(1, -1),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=float("nan"),
-    )
-    return np.asarray(out, np.float32).reshape(x.shape)
+    part = slice(i0, int(y.max()) + 4), slice(j0, int(x.max()) + 4)
+    if min(images[0][part].shape) < 2:
+        return [np.full(x.shape, np.nan, np.float32)] * len(images)
+    # A single row, for which OpenCV wakes no other threads.
+    column, row = (x - np.float32(j0)).reshape(1, -1), (y - np.float32(i0)).reshape(1, -1)
+    out = []
+    for image in images:
+        found = cv2.remap(
+            image[part],
+            column,
+            row,
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=float("nan"),
+        )
+        out.append(np.asarray(found, np.float32).reshape(x.shape))
+    return out
 
 
 def _textures(phase: Phase, x: Singles, y: Singles, parts: int) -> Floats:
@@ -161,18 +169,26 @@ def _textures(phase: Phase, x: Singles, y: Singles, parts: int) -> Floats:
     part is NaN where the modulation is not known everywhere.
     """
     height, width = phase.modulation.shape
-    inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)  # False for NaN
-    whole = inside.reshape(parts, -1).all(axis=1)
-    out = np.full((parts, x.size // parts), np.nan)
-    if whole.any():
-        x, y = (one.reshape(parts, -1)[whole] for one in (x, y))
-        i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
-        part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
-        bright = np.asarray(phase.brightness, np.float32)
-        # The modulation is NaN where every exposure is saturated.
-        light = phase.modulation[part] / bright[np.minimum(phase.exposure[part], len(bright) - 1)]
-        out[whole] = np.log(np.maximum(_remap(light, x - np.float32(j0), y - np.float32(i0)), 1e-6))
+    x, y = x.reshape(parts, -1), y.reshape(parts, -1)
+    left, right, top, bottom = x.min(axis=1), x.max(axis=1), y.min(axis=1), y.max(axis=1)
+    whole = (left >= 0) & (top >= 0) & (right <= width - 1) & (bottom <= height - 1)  # False for NaN
+    if whole.all():
+        out = _logarithms(phase, x, y)
+    else:
+        out = np.full(x.shape, np.nan)
+        if whole.any():
+            out[whole] = _logarithms(phase, x[whole], y[whole])
     return np.asarray(out - out @ _slopes() @ _slopes().T)
+
+
+def _logarithms(phase: Phase, x: Singles, y: Singles) -> Floats:
+    i0, j0 = max(int(y.min()) - 1, 0), max(int(x.min()) - 1, 0)
+    part = slice(i0, int(y.max()) + 3), slice(j0, int(x.max()) + 3)
+    bright = np.asarray(phase.brightness, np.float32)
+    # The modulation is NaN where every exposure is saturated.
+    light = phase.modulation[part] / bright.take(phase.exposure[part], mode="clip")
+    (found,) = _remap((light,), x - np.float32(j0), y - np.float32(i0))
+    return np.log(np.maximum(found, 1e-6)).astype(np.float64)
 
 
 @cache
