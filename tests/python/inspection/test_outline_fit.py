@@ -71,6 +71,19 @@ def test_an_impossible_outline_is_refused(family, change, reason):
 
 
 @BOTH
+@pytest.mark.parametrize("factor", [1.5, 3.0])
+def test_an_outline_that_is_too_large_for_the_reference_is_named_and_no_steep_mold(family, factor):
+    outline = given(family).ply_outline
+    middle = outline.mean(axis=0)
+    report = inspect(family, middle + factor * (outline - middle))
+    assert report.verdict is Verdict.INVALID
+    assert report.reason.startswith("the outline reaches beyond the reference (the outline has x ")
+    first = report.findings[0]
+    assert first.check == "coverage" and first.measured < first.limit
+    assert first.remedy.startswith("check its size and place") and first.remedy in report.reason
+
+
+@BOTH
 @pytest.mark.parametrize("size", [15, 40, 120])
 def test_a_shifted_outline_is_named_with_its_place_and_way(family, size):
     outline = given(family).ply_outline

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from debulk.inspection.checks.seen import Seen
+from debulk.inspection.reference.frame import boxes
 from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
 from debulk.results.deciding import worst_first
@@ -13,6 +14,7 @@ from debulk.results.half_seen import MOLD_UNKNOWN, remedy_for
 from debulk.verdict import Judgement, Verdict, criteria_of, judge_layup
 
 _GIVE_IT = "give the ply's outline (ply_outline, --outline) if what is wrong lies beside the ply, or at the mold's edge"
+_BEYOND = "check its size and place (scale, unit, pose), or give a reference that shows all of the mold below the ply"
 _NO_OUTLINE = _GIVE_IT.replace("give the ply's outline", "the ply's outline is not given; give it")
 
 
@@ -23,11 +25,21 @@ def coverage(seen: Seen) -> list[Finding]:
     if share >= least:
         return []
     why = [judge_layup([], share, limits).reason]
+    if beyond := _beyond_reference(seen):
+        why.insert(0, f"the outline reaches beyond the reference ({beyond}): {_BEYOND}")
     why += [f"the reference is known on {100 * known:.1f} % of the ply"] if known < least else []
-    why += [found.doubt] if found.doubt else []
+    why += [found.doubt] if found.doubt and not beyond else []
     lacking = next((of for _, of in found.holes if of in MOLD_UNKNOWN), "reference")
-    remedy = remedy_for(lacking) if known < least else ""
+    remedy = _BEYOND if beyond else remedy_for(lacking) if known < least else ""
     return [Finding("coverage", Verdict.INVALID, "; ".join(why), share, least, remedy=remedy)]
+
+
+def _beyond_reference(seen: Seen) -> str:
+    """Return how far outline and reference reach, if too little of the ply is known as the outline reaches beyond."""
+    outline, box_mm = seen.ply.outline, seen.ply.reference.box_mm
+    if outline is None or seen.found.unseen.reference_coverage >= seen.ply.recipe.verdict.min_coverage:
+        return ""
+    return boxes(outline, *box_mm) if ((outline < box_mm[0]) | (outline > box_mm[1])).any() else ""
 
 
 def outline(seen: Seen) -> list[Finding]:
@@ -40,10 +52,11 @@ def counts(seen: Seen) -> bool:
     """Return whether the finding on the scan's place counts.
 
     Too little coverage is a more helpful reason than a level that could not be read because of it. If no pockets were
-    looked for, the level does not count either: the pockets stand in the squares that it is read from.
+    looked for, the level does not count either: the pockets stand in the squares that it is read from. Nor does
+    anything that was read inside an outline too large for the reference.
     """
     enough = seen.found.unseen.coverage >= seen.ply.recipe.verdict.min_coverage
-    return (seen.placed.level is not None or enough) and not seen.found.doubt
+    return (seen.placed.level is not None or enough) and not seen.found.doubt and not _beyond_reference(seen)
 
 
 def pockets(seen: Seen) -> list[Finding]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core
+from debulk import _core, pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
@@ -30,6 +30,9 @@ from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
+
+
+_PLACES, _SURE = 200, 0.02  # places along x and y at which a share of the outline is read, and its error at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,8 @@ class Placing:
         if self.outline is not None:
             self._missed = self._missed_at(self.outline)
         self.zones = PlyZones(ply_outline, low, high)
-        self._steep = too_steep(setup)
+        self._beyond = self._beyond_reference()
+        self._steep = None if self._beyond else too_steep(setup)
 
     def look(self, scan: NDArray[np.float32], stop: _core.Stop) -> Sample:
         """Return the sample of a scan for all checks."""
@@ -93,6 +97,8 @@ class Placing:
         finding = next(self._of_cloud(sample), None)
         if finding is not None:
             return Placed(None, finding)
+        if self._beyond:  # coverage says it; the level inside such an outline is that of something else
+            return None
         off = departure(self._blocks(sample, ()), self._thickness_mm, self._least_mm)
         if len(off) < LIMITS.least_squares or np.mean(np.abs(off) > self._tol_mm) <= LIMITS.ply_share:
             return None
@@ -122,6 +128,16 @@ class Placing:
             yield Finding("point_spacing", Verdict.INVALID, f"the scan is too coarse: {coarse}")
         if self._steep is not None:
             yield self._steep
+
+    def _beyond_reference(self) -> bool:
+        """Return whether the outline is too large for the reference, so that too little of the ply can be seen."""
+        if self._setup.outline is None:
+            return False
+        outline, shares = self._setup.outline, (np.arange(_PLACES) + 0.5) / _PLACES
+        x, y = (a + shares * (b - a) for a, b in zip(outline.min(axis=0), outline.max(axis=0), strict=True))
+        xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        known = self._setup.prepared.surrounds(xy[pocket.inside(outline, xy)])
+        return bool(known.size) and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
 
     def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:
         """Judge the places of a map of heights where the ply is missing, lies double, or lies on something."""

@@ -71,14 +71,19 @@ def _tilt_deg(reference: Reference, xy_mm: Floats) -> float:
     return float(np.degrees(np.arctan(np.hypot(*lean))))
 
 
-def check_outline_on(outline: Floats, low_mm: Floats, high_mm: Floats) -> None:
-    """Refuse an outline that cannot be that of the ply: it lies beside the reference, or has another unit."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
+def boxes(outline: Floats, low_mm: Floats, high_mm: Floats) -> str:
+    """Say from where to where the outline reaches, and the reference."""
 
     def box(a: Floats, b: Floats) -> str:
         return f"x {a[0]:.4g} to {b[0]:.4g}, y {a[1]:.4g} to {b[1]:.4g} mm"
 
-    where = f"the outline has {box(low, high)}, the reference {box(low_mm, high_mm)}"
+    return f"the outline has {box(outline.min(axis=0), outline.max(axis=0))}, the reference {box(low_mm, high_mm)}"
+
+
+def check_outline_on(outline: Floats, low_mm: Floats, high_mm: Floats) -> None:
+    """Refuse an outline that cannot be that of the ply: it lies beside the reference, or has another unit."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    where = boxes(outline, low_mm, high_mm)
     if (low >= high_mm).any() or (high <= low_mm).any():
         raise InputError(
             f"ply_outline: expected the ply to lie on the reference, but it lies beside it: {where}; "

@@ -65,12 +65,16 @@ class Prepared:
         """Marks where `seen` has a height."""
         return replace(self.seen, values=np.isfinite(self.seen.values))
 
-    def surrounds(self, place_mm: Floats) -> bool:
-        """Return whether the reference was seen on all four sides of a place, mold XY, along x and along y."""
+    def surrounds(self, places_mm: Floats) -> NDArray[np.bool_]:
+        """Return whether the reference was seen on all four sides of (N, 2) places, mold XY, along x and along y."""
         known = self.seen_at.values
-        column, row = np.clip(self.seen.cells(place_mm[None])[0], 0, np.array(known.shape[::-1]) - 1)
-        sides = known[row, :column], known[row, column:], known[:row, column], known[row:, column]
-        return all(side.any() for side in sides)
+        cells = self.seen.cells(places_mm)
+        out = self.seen.holds(cells)
+        column, row = np.where(out[:, None], cells, 0).T
+        for lines, line, at in ((known, row, column), (known.T, column, row)):
+            first, last = lines.argmax(axis=1), lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
+            out &= lines.any(axis=1)[line] & (first[line] < at) & (at <= last[line])
+        return out
 
     def bare_mm(self, xy: Floats) -> Floats:
         """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
