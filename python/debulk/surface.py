@@ -356,8 +356,8 @@ def fit_reference(
     spacing_mm
         Distance between the surface's nodes; rounded to a multiple of the grid's spacing.
     under_ply
-        (ny, nx) marks of the heights inside the ply's outline. The side of a cliff that most of them lie on is
-        followed. None, or none of them on a side: the upper side is, unless it is as small as a clamp.
+        (ny, nx) marks of the heights inside the ply's outline. The side of a cliff that they lie on is
+        followed. None, or on both sides: the upper side is, unless it is as small as a clamp.
 
     Returns
     -------

@@ -33,8 +33,8 @@ class Pieces {
     for (int i = 0; i < squares_.nx; ++i) link(squares_.ny, [&](int j) { return squares_.index(i, j); });
   }
 
-  // For each square the rank of its piece: 0 is the piece that stays beside all others, which is the one that most of
-  // the ply lies on, if that is known. `nobody`: too small, or not seen.
+  // For each square the rank of its piece: 0 is the piece that stays beside all others; what the ply lies on goes before
+  // what it does not. `nobody`: too small, or not seen.
   Grid<int> ranks(const Grid<std::uint8_t>& under_ply, int side) {
     struct Piece {
       std::size_t root = 0;
@@ -50,15 +50,18 @@ class Pieces {
     }
     pieces.erase(std::remove_if(pieces.begin(), pieces.end(), [](const Piece& p) { return p.area < least_mm2; }), pieces.end());
     double largest = 0;
-    for (Piece& p : pieces) largest = std::max(largest, p.area), p.height /= p.area;
+    int most_laid = 1;
+    for (Piece& p : pieces) {
+      largest = std::max(largest, p.area), most_laid = std::max(most_laid, p.under_ply);
+      p.height /= p.area;
+    }
     std::sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
+      const bool a_laid = 8 * a.under_ply >= most_laid, b_laid = 8 * b.under_ply >= most_laid;
+      if (a_laid != b_laid) return a_laid;
       const bool a_large = 8 * a.area >= largest, b_large = 8 * b.area >= largest;
       if (a_large != b_large) return a_large;
       return a_large && a.height != b.height ? a.height > b.height : a.root < b.root;
     });
-    const auto laid =
-        std::max_element(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.under_ply < b.under_ply; });
-    if (laid != pieces.end()) std::rotate(pieces.begin(), laid, laid + 1);
     count_ = static_cast<int>(pieces.size());
     std::vector<int> rank(squares_.size(), nobody);
     for (std::size_t k = 0; k < pieces.size(); ++k) rank[pieces[k].root] = static_cast<int>(k);
