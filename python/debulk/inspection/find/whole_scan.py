@@ -102,7 +102,7 @@ def _cause(hole: UnseenHole, setup: Setup) -> str:
 def _in_view(place_mm: Floats, setup: Setup) -> bool:
     """Return whether the scanner's picture reaches a place; of a list, whether the reference goes on round it."""
     if setup.prepared.image is None:
-        return bool(setup.prepared.surrounds(place_mm[None])[0])
+        return bool(setup.prepared.between(place_mm[None]).all())
     return bool(_pixels(place_mm[None], setup.prepared.image, setup)[2][0])
 
 

@@ -31,7 +31,6 @@ from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
 
-
 _PLACES, _SURE = 200, 0.02  # places along x and y at which a share of the outline is read, and its error at most
 
 
@@ -136,7 +135,7 @@ class Placing:
         outline, shares = self._setup.outline, (np.arange(_PLACES) + 0.5) / _PLACES
         x, y = (a + shares * (b - a) for a, b in zip(outline.min(axis=0), outline.max(axis=0), strict=True))
         xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        known = self._setup.prepared.surrounds(xy[pocket.inside(outline, xy)])
+        known = self._setup.prepared.between(xy[pocket.inside(outline, xy)]).any(axis=1)
         return bool(known.size) and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
 
     def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:

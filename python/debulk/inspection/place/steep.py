@@ -36,7 +36,6 @@ def too_steep(setup: Setup) -> Finding | None:
     """Return what is wrong if a piece of the mold below the ply is too steep for a verdict, else None.
 
     If the reference is the image of a camera, the angle to its rays counts as well. Without an outline it is not known.
-    Beyond what the reference shows its surface is continued, and says nothing of a mold.
     """
     prepared, ply_outline = setup.prepared, setup.outline
     if ply_outline is None:
@@ -54,7 +53,7 @@ def too_steep(setup: Setup) -> Finding | None:
         facing = ray[:, 2] - (slope * ray[:, :2]).sum(axis=1)
         to_ray = _degrees(facing / upright / np.linalg.norm(ray, axis=1))
     beyond = np.maximum(to_z - LIMITS.slope_deg, to_ray - LIMITS.ray_deg)
-    steep = (beyond > 0) & pocket.inside(ply_outline, xy) & prepared.surrounds(xy)
+    steep = (beyond > 0) & pocket.inside(ply_outline, xy)
     labels = pieces_of(steep.reshape(len(y), len(x)), 8).labels.ravel()
     area_mm2 = np.bincount(labels, np.where(steep, upright, 0.0)) * cell_mm**2
     largest = int(np.argmax(area_mm2))

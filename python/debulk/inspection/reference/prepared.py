@@ -65,16 +65,19 @@ class Prepared:
         """Marks where `seen` has a height."""
         return replace(self.seen, values=np.isfinite(self.seen.values))
 
-    def surrounds(self, places_mm: Floats) -> NDArray[np.bool_]:
-        """Return whether the reference was seen on all four sides of (N, 2) places, mold XY, along x and along y."""
-        known = self.seen_at.values
-        cells = self.seen.cells(places_mm)
-        out = self.seen.holds(cells)
-        column, row = np.where(out[:, None], cells, 0).T
+    def between(self, places_mm: Floats) -> NDArray[np.bool_]:
+        """Return (N, 2) whether the reference was seen on both sides of (N, 2) places, mold XY: along x, and along y.
+
+        Where it is so along neither, the surface is only continued; a steep flank leaves a gap from side to side.
+        """
+        known, cells = self.seen_at.values, self.seen.cells(places_mm)
+        holds = self.seen.holds(cells)
+        column, row = np.where(holds, cells[:, 0], 0), np.where(holds, cells[:, 1], 0)
+        out = []
         for lines, line, at in ((known, row, column), (known.T, column, row)):
             first, last = lines.argmax(axis=1), lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
-            out &= lines.any(axis=1)[line] & (first[line] < at) & (at <= last[line])
-        return out
+            out.append(holds & np.asarray(lines.any(axis=1))[line] & (first[line] < at) & (at <= last[line]))
+        return np.stack(out, axis=1)
 
     def bare_mm(self, xy: Floats) -> Floats:
         """Return the heights (N,) of the bare mold above the datum at (N, 2) places, mold XY: 0 where it is level."""
