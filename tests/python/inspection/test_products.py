@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.products import affine, product
 
 INSPECT = """
 import os
@@ -51,3 +51,17 @@ def test_an_inspection_leaves_the_threads_of_blas_asleep():
     if not threads:
         pytest.skip("a numpy whose BLAS starts no threads when it is imported")
     assert ns == 0
+
+
+def test_a_plane_in_closed_form_is_that_of_least_squares():
+    rng = np.random.default_rng(5)
+    places, values = rng.normal(300.0, 40.0, (500, 2)), rng.normal(0.0, 1.0, (500, 2))
+    expected = np.linalg.lstsq(np.column_stack([places, np.ones(500)]), values, rcond=None)[0]
+    assert np.allclose(affine(places, values), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_places_on_one_line_or_at_one_place_have_the_slope_that_they_tell():
+    along = np.linspace(-1.0, 1.0, 9)[:, None]
+    line = np.hstack([3.0 * along, 4.0 * along]) + 100.0  # the slope is 2 per mm along the line
+    assert np.allclose(affine(line, 10.0 * along)[:2, 0], (1.2, 1.6))
+    assert np.array_equal(affine(np.ones((4, 2)), np.full((4, 1), 7.0))[:, 0], (0.0, 0.0, 7.0))

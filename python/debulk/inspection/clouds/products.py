@@ -23,6 +23,23 @@ def paraboloid(u: Floats, v: Floats) -> Floats:
     return np.stack([np.ones_like(u), u, v, u * u, u * v, v * v], axis=1)
 
 
+def affine(places: Floats, values: Floats) -> Floats:
+    """Return the (3, M) factors of x, y and 1 that fit (N, M) values at (N, 2) places best, in closed form.
+
+    Places on one line determine the slope along it, and the one across is 0.
+    """
+    middle, level = places.mean(axis=0), values.mean(axis=0)
+    (x, y), off = (places - middle).T, values - level
+    xx, xy, yy = (float(np.einsum("n,n->", a, b)) for a, b in ((x, x), (x, y), (y, y)))
+    of_x, of_y = (np.einsum("n,nm->m", a, off) for a in (x, y))
+    spread, determinant = xx + yy, xx * yy - xy * xy
+    if determinant > 1e-12 * spread * spread:
+        slopes = np.stack([yy * of_x - xy * of_y, xx * of_y - xy * of_x]) / determinant
+    else:
+        slopes = np.stack([of_x, of_y]) / max(spread, np.finfo(np.float64).tiny)
+    return np.vstack([slopes, level - product(middle[None], slopes)])
+
+
 def least_squares(rows: Floats, values: Floats) -> Floats:
     """Return the (K,) factors that fit (N, K) rows to (N,) values best, by the normal equations of few terms."""
     return np.asarray(np.linalg.solve(product(rows.T, rows), product(rows.T, values)))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.arrays import Bools, Floats
-from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.products import affine, product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.evidence.ply_zones import SIDES_MM
@@ -161,8 +161,8 @@ def _apart_mm(xy: Floats, height: Floats) -> float:
     if len(xy) > LIMITS.most_points:  # a scan in metres has all its points in a few windows
         middle = np.argsort(((xy - xy.mean(axis=0)) ** 2).sum(axis=1), kind="stable")[: LIMITS.most_points]
         xy, height = xy[middle], height[middle]
-    terms = np.column_stack([np.ones(len(xy)), xy - xy.mean(axis=0)])
-    rest = height - terms @ np.linalg.lstsq(terms, height, rcond=None)[0]
+    factors = affine(xy, height[:, None])
+    rest = height - product(xy, factors[:2])[:, 0] - factors[2]
     (apart,), (share,), (upper,) = _halves(rest[None])
     far = ((xy[:, None] - xy[None]) ** 2).sum(axis=2)
     np.fill_diagonal(far, np.inf)

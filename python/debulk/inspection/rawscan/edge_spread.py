@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.clouds.products import product
+from debulk.inspection.clouds.products import affine, product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.outline import Outline
@@ -84,8 +84,7 @@ class EdgeSpread:
         seen = np.isfinite(mold).all(axis=1)
         if np.count_nonzero(seen) < LIMITS.least_points:
             return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
-        plane = np.column_stack([mold[seen], np.ones(np.count_nonzero(seen))])
-        image_of = np.linalg.lstsq(plane, image[seen], rcond=None)[0]  # affine; the steps below correct the rest
+        image_of = affine(mold[seen], image[seen])  # the steps below correct the rest
         at = product(np.column_stack([self._places, np.ones(len(self._places))]), image_of)
         for _ in range(_NEWTON):
             pixel = np.clip(np.rint(at), LIMITS.half_pixels, most - LIMITS.half_pixels).astype(np.int64)
