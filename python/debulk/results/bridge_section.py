@@ -33,8 +33,10 @@ def bridge_section_line(one: BridgeSection) -> str:
     if not one.lacks_mm > 0:
         return "none by the sections of its fibres, none of which is too short"
     lies = "it lies down" if one.range_mm[1] == 0 else f"{span(one.range_mm)} mm"
-    slips = ", and it slips" if one.pull_n_per_mm > one.hold_n_per_mm else ""
+    slips = one.pull_n_per_mm > one.hold_n_per_mm
+    less = ": it slips in until it pulls no more than that" if slips else ", so its ends stay where they are"
     return (
-        f"{lies} by the sections of its fibres: one is {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm too short and "
-        f"would pull with {one.pull_n_per_mm:.3g} N/mm, friction holds {one.hold_n_per_mm:.3g} N/mm{slips}"
+        f"{lies} by the sections of its fibres: one is {one.lacks_mm:.3f} ± {one.lacks_error_mm:.3f} mm too short and, "
+        f"pinned at its ends, would pull with {one.pull_n_per_mm:.3g} N/mm; friction holds {one.hold_n_per_mm:.3g} "
+        f"N/mm{less}"
     )

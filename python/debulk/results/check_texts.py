@@ -117,7 +117,8 @@ CHECK_TEXTS = (
         "The reference may hold a pocket of the ply before",
         "round humps of the reference on smooth surroundings, under the ply, and the air that the ply shows on them",
         "`verdict.max_ridge_mm`, for the ridge of the longest fibre over it",
-        "give the scan that was taken after the ply before was debulked (`debulk.Stack`); a mold may have such a boss",
+        "give the scan that was taken after the ply before was debulked (`debulk.Stack`); on a bead or boss of the "
+        "mold itself, smooth the ply down onto it: where it shows no air the hump is only mentioned",
         (None, UNDECIDED),
     ),
     CheckText(

@@ -99,6 +99,9 @@ def test_near_the_limit_nothing_is_decided_whatever_the_net_shows(near_the_edge)
     for figure in (*section.range_mm, section.lacks_mm):
         assert f"{figure:.2f}" in one.reason
     assert f"friction holds {section.hold_n_per_mm:.3g} N/mm" in one.reason
+    # It pulls more than friction holds, and still stands off the hollow: that is meant, and said.
+    assert section.pull_n_per_mm > section.hold_n_per_mm
+    assert one.reason.endswith(": it slips in until it pulls no more than that")
 
 
 @pytest.mark.parametrize(

@@ -134,3 +134,12 @@ def test_a_reference_with_pockets_is_named_in_the_report_and_on_the_map(tmp_path
     assert html.count("a hump of") >= len(named)
     own = debulk.inspect(layup.scan, layup.reference, None, layup.ply_outline, (0, 90), layup.mold_from_scanner)
     assert not any(one.check == "reference_humps" for one in own.findings)
+
+
+def test_on_a_bead_of_the_mold_there_is_something_to_do_other_than_another_reference():
+    bead = Hump((0.0, 0.0), 3.0, 400.0, 1.2, 0.73, 0.3)
+    (air,) = findings((bead,), Recipe())
+    (lies,) = findings((replace(bead, shown_mm=0.0),), Recipe())
+    assert air.at_best is not None and lies.at_best is None  # with the ply smoothed down onto it, it is only mentioned
+    assert "smooth the ply down onto it and scan again" in air.remedy and air.remedy in air.reason
+    assert lies.remedy in lies.reason and "smooth" not in lies.remedy

@@ -109,15 +109,19 @@ def named(humps: tuple[Hump, ...], largest: Grid | None, recipe: Recipe) -> tupl
     return tuple(out)
 
 
+_AIR_BELOW = "if that is a pocket of the ply before, give the scan that was taken after the ply before was debulked"
+_SHAPED_SO = "; if it is a bead or boss of the mold, smooth the ply down onto it and scan again: it then only is named"
+
+
 def findings(humps: tuple[Hump, ...], recipe: Recipe) -> list[Finding]:
     """Name each hump, with its ridge against the limit; UNDECIDED where the ply stands off it."""
     limit = recipe.verdict.max_ridge_mm
-    remedy = "give the scan that was taken after the ply before was debulked"
     out = []
     for hump in humps:
         air = hump.shown_mm > LEAST_ERROR_MM  # with less the ply lies on the hump
         stands = f", and the ply stands off it: together a ridge of {hump.ridge_mm:.2f} mm" if air else ""
-        reason = f"the reference has {_what(hump)}{stands}: if that is a pocket of the ply before, {remedy}"
+        remedy = _AIR_BELOW + (_SHAPED_SO if air else "")
+        reason = f"the reference has {_what(hump)}{stands}: {remedy}"
         at_best = Verdict.UNDECIDED if air else None
         place = hump.place_mm
         out.append(Finding("reference_humps", at_best, reason, hump.ridge_mm, limit, "mm", place, remedy=remedy))
