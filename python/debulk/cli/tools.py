@@ -77,6 +77,7 @@ def repeat(
     reference: Annotated[Path, typer.Option(help="Its reference.")],
     mask: Annotated[Path | None, typer.Option(help="Its mask, if it had one.")] = None,
     chain: Annotated[Path | None, typer.Option(help="Its qualified chain, if it had one.")] = None,
+    approved: Annotated[Path | None, typer.Option(help="Its file of approved recipes, if it had one.")] = None,
     unit: Annotated[Literal["mm", "m"], typer.Option(help="Unit of both clouds.")] = "mm",
 ) -> None:
     """Do an inspection again from its report, on the same files by their fingerprints.
@@ -93,7 +94,7 @@ def repeat(
     with shown_progress() as progress:
         progress("reading", 0.0)
         clouds = files.load_cloud(scan, unit), files.load_cloud(reference, unit)
-        found = done_again(first, *clouds, hidden, progress, chain=qualified)
+        found = done_again(first, *clouds, hidden, progress, chain=qualified, approved=approved)
     for name in found.unchecked:
         print(f"warning: the record has no fingerprint of the {name}, only its shape was checked")
     print(f"{found.report.verdict.name}: {found.report.reason}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -54,6 +55,7 @@ def repeat(
     progress: Progress | None = None,
     *,
     chain: Chain | None = None,
+    approved: str | PathLike[str] | None = None,
 ) -> Repetition:
     """Repeat an inspection with the recipe, the pose and everything else that its report has kept.
 
@@ -69,6 +71,8 @@ def repeat(
         As in `Inspector.inspect`.
     chain
         The qualified chain, if that inspection had one. It is refused if its SHA-256 is not the one in the report.
+    approved
+        The file of approved recipes, if that inspection had one.
 
     Returns
     -------
@@ -116,6 +120,7 @@ def repeat(
         hidden,
         nominal_angles_deg=trace.nominal_angles_map,
         chain=chain,
+        approved=approved,
     )
     again = inspector.inspect(scan, progress=progress, context=trace.context)
     if report.later is None and any(one.unsolved for one in report.pockets):  # a record of what decided, as a history's

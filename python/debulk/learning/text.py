@@ -27,7 +27,7 @@ def text(found: Calibrated) -> str:
         f"cost per outcome, cross-validated: {checked.own:.3f}, of the present limit {checked.present:.3f}; log score "
         f"{checked.log_score:.3f}",
     ]
-    if checked.own > checked.present:
+    if found.limit_mm and checked.own > checked.present:
         lines.append("the proposed limit costs more than the present one: do not take it over on this evidence")
     if found.more_best == 0:
         lines.append(f"the limit is known to ±{found.wanted_mm:g} mm")

@@ -275,6 +275,7 @@ def test_a_limit_that_every_ply_exceeds_is_none(history, tmp_path):
     words = ["calibrate", str(history.path), "--missed", "1e9"]
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0 and "proposed: no limit" in done.stdout
+    assert "the proposed limit" not in done.stdout
     none = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "proposed.toml")])
     assert (none.exit_code, none.stdout) == (2, done.stdout) and "not written" in none.stderr
     assert not (tmp_path / "proposed.toml").exists()

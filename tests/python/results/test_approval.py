@@ -63,3 +63,6 @@ def test_an_inspector_asks_for_it(tmp_path):
         assert len(report.trace.versions["build"]) == 16
     assert verdicts == [Verdict.CEASE, Verdict.UNDECIDED]
     assert report.findings[-1].check == "approval"
+    clouds = layup.scan, layup.reference
+    assert debulk.repeat(report, *clouds, approved=options["approved"]).same
+    assert "verdict" in debulk.repeat(report, *clouds).differences
