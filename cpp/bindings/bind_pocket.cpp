@@ -133,6 +133,14 @@ void bind_options(py::module_ m) {
       .def_readwrite("fade_mm", &PatchOptions::fade_mm);
 }
 
+// 1 in the runs, else 0.
+Grid<std::uint8_t> marks_of(std::initializer_list<const std::vector<Run>*> lists, const Grid<float>& like) {
+  Grid<std::uint8_t> out = like.like<std::uint8_t>();
+  for (const std::vector<Run>* runs : lists)
+    for (const Run& run : *runs) std::fill(&out.at(run.begin, run.row), &out.at(run.begin, run.row) + (run.end - run.begin), 1);
+  return out;
+}
+
 }  // namespace
 
 void bind_pocket(py::module_ m) {
@@ -182,13 +190,9 @@ void bind_pocket(py::module_ m) {
       .def_readonly("specks", &Segmentation::specks)
       .def_property_readonly("cut_height", [](const Segmentation& s) { return s.options.cut_height_mm; })
       .def_property_readonly("blur_mm2", [](const Segmentation& s) { return s.options.blur_mm2; })
-      .def_property_readonly("bridged",
-                             [](const Segmentation& s) {
-                               Grid<std::uint8_t> mask = s.heights.like<std::uint8_t>();
-                               for (const Run& run : s.bridged)
-                                 std::fill(&mask.at(run.begin, run.row), &mask.at(run.begin, run.row) + (run.end - run.begin), 1);
-                               return grid_values(std::move(mask));
-                             })
+      .def_property_readonly("bridged", [](const Segmentation& s) { return grid_values(marks_of({&s.bridged}, s.heights)); })
+      .def_property_readonly("unmeasured",  // bridged, filled in before, or unknown
+                             [](const Segmentation& s) { return grid_values(marks_of({&s.bridged, &s.unmeasured}, s.heights)); })
       .def_property_readonly("origin", [](const Segmentation& s) { return row(s.heights.origin); })
       .def_property_readonly("spacing", [](const Segmentation& s) { return s.heights.spacing; })
       .def_property_readonly("labels", viewer(&Segmentation::labels))

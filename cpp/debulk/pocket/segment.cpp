@@ -47,6 +47,19 @@ void check_grid(const Grid<T>& grid) {
 #define DEBULK_KERNEL "debulk/pocket/segment_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
+// Appends the runs of zeros, row by row.
+void list_zeros(const Grid<std::uint8_t>& mask, std::vector<Run>& runs) {
+  for (int j = 0; j < mask.ny; ++j) {
+    const std::uint8_t *row = &mask.at(0, j), *const end = row + mask.nx;
+    for (const std::uint8_t* at = row; at != end;) {
+      const auto* begin = static_cast<const std::uint8_t*>(std::memchr(at, 0, static_cast<std::size_t>(end - at)));
+      if (!begin) break;
+      at = std::find_if(begin, end, [](std::uint8_t m) { return m != 0; });
+      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
+    }
+  }
+}
+
 // Indices of a component's points, ascending.
 std::vector<std::size_t> members(const Components& components, std::size_t component, int nx) {
   std::vector<std::size_t> out;
@@ -145,7 +158,7 @@ void Segmenter::prepare(const Grid<float>& given, const SegmentOptions& options)
   out_.options = options, out_.options.ply_outline = outline;
   if (!same_ply) out_.ply = outline ? PlyMask(*outline, given) : PlyMask();
   out_.heights.reshape(given), out_.labels.reshape(given);
-  out_.pockets.clear(), out_.dropped.clear(), out_.bridged.clear(), out_.specks = 0;
+  out_.pockets.clear(), out_.dropped.clear(), out_.bridged.clear(), out_.unmeasured.clear(), out_.specks = 0;
 }
 
 // Takes over the heights, finds what is unknown and what is above the cut, and clears the labels. `given` may be the
@@ -224,6 +237,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
           before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
   scan(given, threads, stop);
+  if (measured) list_zeros(*measured, out_.unmeasured);
   const Components& components = components_.run(foreground(threads, stop));
   const auto count = static_cast<std::size_t>(components.count());
   for (std::size_t k = 0; k < count; ++k) paint(components, k, static_cast<std::int32_t>(k) + 1, out_.labels);

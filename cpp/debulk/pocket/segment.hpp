@@ -58,6 +58,7 @@ struct Segmentation {
   Grid<std::int32_t> labels;     // 0: none, else the pocket's id
   Grid<float> heights;           // the input, unknown off the ply, bridged where that was allowed
   std::vector<Run> bridged;      // of these heights
+  std::vector<Run> unmeasured;   // of the input: what was filled in, or is unknown
   SegmentOptions options;
   PlyMask ply;
 };

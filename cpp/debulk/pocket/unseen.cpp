@@ -201,7 +201,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     hole.centre = c.nearest(ply, hole.centre / static_cast<double>(count));
     hole.box = {hole.box.low - half, hole.box.high + half};
     hole.area = static_cast<double>(count) * cell;
-    hole.thickness = 2 * std::max(0.5, std::min(depth_of(c, known), 1e5) - 0.5) * ply.spacing;
+    hole.thickness = 2 * std::min(depth_of(c, known), 1e5) * ply.spacing;
     hole.reference_share = static_cast<double>(no_reference) / static_cast<double>(count);
   };
 
@@ -213,7 +213,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
     const auto area = static_cast<double>(c.count()) * cell;
     lost += c.count();
     if (area > options.area_tol_mm2) measure(c, known);  // most are small
-    if (c.hole.thickness > 2 * ply.spacing) {
+    if (c.hole.thickness > 3 * ply.spacing) {
       out.holes.push_back(c.hole);
       for (const Run& run : c.runs)  // so that it is not listed again as a hole that was filled in
         for (int i = run.begin; i < run.end; ++i) unmeasured.at(i, run.row) = 0;
@@ -241,6 +241,7 @@ Unseen find_unseen(const Overview& overview, const UnseenOptions& options) {
   for (Component& c : components_of(filled)) {
     if (static_cast<double>(c.count()) * cell < options.area_tol_mm2 / 2) continue;
     measure(c, known);
+    c.hole.thickness -= ply.spacing;  // its heights are those that its rim leads to
     c.hole.filled = true;
     out.holes.push_back(c.hole);
   }

@@ -19,7 +19,9 @@ struct UnseenHole {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Box box;
   double area = 0;       // mm2
-  double thickness = 0;  // twice the greatest distance of a point in it from a known height of the ply, mm
+  // Twice the greatest distance of a point in it from a known height of the ply, mm; of one that was filled in a point's
+  // width less, for its heights are those that its rim leads to.
+  double thickness = 0;
   // The height beside it, in mm, that a twentieth of its rim's points reach, but at least three of them (so that no
   // single wild point decides) and at most eight (if the hole cuts a pocket of the tolerances, 16 mm of a long rim
   // stand up). 0 if fewer are known.

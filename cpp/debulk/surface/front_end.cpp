@@ -9,6 +9,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/surface/median.hpp"
+#include "debulk/surface/sparse.hpp"
 
 namespace debulk {
 namespace {
@@ -57,6 +58,7 @@ CloudView FrontEnd::copied(const CloudView& scan, const Stop& stop) {
 
 const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   Clock clock;
+  sparse_.clear();
   Grid<float>& other = map_.before_median;  // until the median, this is a buffer for the filters
   // If there are as many cells as pixels, the copy uses the memory of the image's heights.
   const bool shared = gridding_ && map_.heights.size() >= PinholeOutliers::heights_for(view_.width, view_.height);
@@ -88,6 +90,7 @@ const HeightMap& FrontEnd::run(const CloudView& given, const Stop& stop) {
   if (shared) image_.swap_heights(other.values);
   gaps_.hide(map_.heights);
   filling_.run(map_.heights, options_.fill, map_.measured, threads_, stop);
+  clear_round(sparse_, sparse_reach * map_.heights.spacing, map_.measured);
   times_.fill = clock.lap();
   if (options_.spike > 0) {
     without_spikes(map_.heights, options_.spike, other, threads_, stop);
@@ -109,7 +112,9 @@ void FrontEnd::grid_generally(const CloudView& scan, const Stop& stop) {
     for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)
       if (outliers_.keep[k] == 0) std::fill_n(&points[3 * k], 3, std::numeric_limits<float>::quiet_NaN());
   });
-  blur_ = grid_heights({points.data(), scan.width, scan.height}, map_.heights, options_.gridding, threads_, stop);
+  const CloudView kept{points.data(), scan.width, scan.height};
+  blur_ = grid_heights(kept, map_.heights, options_.gridding, threads_, stop);
+  if (kept.organised()) sparse_ = sparse_places(kept, threads_, stop);
   parallel_for(map_.heights.ny, 8, threads_, stop, [&](long begin, long end) {
     for (int j = static_cast<int>(begin); j < end; ++j)
       for (int i = 0; i < map_.heights.nx; ++i) {

@@ -72,7 +72,8 @@ class FrontEnd {
   std::optional<ImageGridding> gridding_;
   PinholeOutliers image_;
   std::vector<float> scan_;
-  double blur_ = 0;  // mm2, of the general way
+  double blur_ = 0;                      // mm2, of the general way
+  std::vector<Eigen::Vector2f> sparse_;  // places round which it was given few points
   HoleFilling filling_;
   Outliers outliers_;
   HeightMap map_;

@@ -5,6 +5,7 @@
 #include "debulk/cloud/pitch.hpp"
 #include "debulk/core/error.hpp"
 #include "debulk/core/parallel.hpp"
+#include "debulk/surface/sparse.hpp"
 
 namespace debulk {
 namespace {
@@ -19,6 +20,12 @@ Grid<float> grid_scan(const CloudView& scan, const Eigen::Vector2d& low, const E
   Grid<float> grid = covering_grid(box.low.head<2>().cwiseMax(low), box.high.head<2>().cwiseMin(high), spacing);
   grid_heights(scan, grid, options.gridding, threads, stop);
   return grid;
+}
+
+// Fills small holes; what rests on few pixels of an organised cloud was not measured either.
+void finish(const CloudView& scan, const HeightMapOptions& options, HeightMap& map, int threads, const Stop& stop) {
+  HoleFilling().run(map.heights, options.fill, map.measured, threads, stop);
+  if (scan.organised()) clear_round(sparse_places(scan, threads, stop), sparse_reach * map.heights.spacing, map.measured);
 }
 
 }  // namespace
@@ -38,7 +45,7 @@ HeightMap height_map(const CloudView& scan, const CloudView& reference, const He
   Grid<float> below = map.heights.like<float>();
   grid_heights(reference, below, options.gridding, threads, stop);
   for (std::size_t k = 0; k < below.size(); ++k) map.heights.values[k] -= below.values[k];
-  HoleFilling().run(map.heights, options.fill, map.measured, threads, stop);
+  finish(scan, options, map, threads, stop);
   return map;
 }
 
@@ -54,7 +61,7 @@ HeightMap height_map(const CloudView& scan, const Reference& reference, const He
         if (!std::isnan(z)) z = static_cast<float>(z - reference.height(map.heights.position(i, j)));
       }
   });
-  HoleFilling().run(map.heights, options.fill, map.measured, threads, stop);
+  finish(scan, options, map, threads, stop);
   return map;
 }
 

@@ -52,7 +52,8 @@ class Place:
 def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> Place | None:
     """Return what is known of a pocket's ridge; None if nothing is, as of a pocket that is INVALID."""
     known, ridge = pocket.excess, pocket.deciding_ridge
-    if pocket.verdict is Verdict.INVALID or ridge is None:
+    unseen = pocket.measured_share < recipe.verdict.min_pocket_coverage  # a bump below the tolerances is not INVALID then
+    if pocket.verdict is Verdict.INVALID or unseen or ridge is None:
         return None
     if pocket.decided_by == "paper" or known is None or pocket.half_seen is not None:
         heights = np.interp((np.arange(_COUNT) + 0.5) / _COUNT, (0, 1), ridge.range_mm)

@@ -203,6 +203,19 @@ TEST(Segment, CountsAsMeasuredWhatTheMaskSays) {
     for (int i = 0; i < 60; ++i) measured.at(i, j) = 0;
   const Segmentation s = segment(heights, {}, &measured);
   EXPECT_NEAR(s.pockets.at(0).measured_share, 0.5, 0.03);
+  ASSERT_EQ(s.unmeasured.size(), 121u);
+  for (int j = 0; j < 121; ++j) {
+    const debulk::Run& run = s.unmeasured[static_cast<std::size_t>(j)];
+    EXPECT_EQ(run.row, j);
+    EXPECT_EQ(run.begin, 0);
+    EXPECT_EQ(run.end, 60);
+  }
+  measured.at(119, 120) = 0;
+  const Segmentation two = segment(heights, {}, &measured);
+  ASSERT_EQ(two.unmeasured.size(), 122u);
+  EXPECT_EQ(two.unmeasured.back().begin, 119);
+  EXPECT_EQ(two.unmeasured.back().end, 120);
+  EXPECT_TRUE(segment(heights, {}).unmeasured.empty());
 }
 
 TEST(Segment, DropsWhatIsJustBelowATolerance) {

@@ -53,7 +53,7 @@ class WholeScanFinder:
         times_ms, began = front.times_ms, time.perf_counter()
         listed = options.unseen(self._recipe, self._setup.outline)
         # Of holes that are filled in, those of half of this are listed, too.
-        listed.area_tol_mm2 = min(listed.area_tol_mm2, 2 * harmless_mm2(self._recipe))
+        listed.area_tol_mm2 = min(listed.area_tol_mm2, harmless_mm2(self._recipe))
         wanted, feet = options.segment(self._recipe, self._setup.outline), options.feet(self._recipe)
         search = in_parallel(stop, lambda: front.pockets(wanted, feet, stop), self._recipe.run.threads)
         with search as found:  # its steps leave cores idle

@@ -22,10 +22,10 @@ from debulk.inspection.ply import excess, polyline
 from debulk.inspection.ply.fibre_angles import angles_at
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.inspection.running.cycle import heed
-from debulk.pocket import Dropped
 from debulk.recipe import Recipe, options
 from debulk.results.number import HIGHEST_MM
 from debulk.results.report import LeftOut
+from debulk.surface import HeightMap
 from debulk.words import in_mm, xy_of
 
 _LEAST_HALF_MM = 40.0  # half the side of the first window round a place; it grows until the place's foot lies in it
@@ -158,7 +158,7 @@ def _place_at(
     half_mm = max(_LEAST_HALF_MM, 1.5 * length_mm)
     while True:
         rows, columns = whole.heights.around(np.stack([top_mm, top_mm]), half_mm)
-        again = pocket.segment_with(wanted, whole.heights.part(rows, columns), threads, stop)
+        again = pocket.segment_with(wanted, _measured(whole, rows, columns), threads, stop)
         label = int(again.labels.at(top_mm))
         owner = feet.labels.values[rows, columns][again.labels.values == label]
         if label == 0 or 2 * np.count_nonzero(owner) > owner.size:
@@ -166,7 +166,6 @@ def _place_at(
         bump = again.pockets[label - 1]
         # Smoothed over the window that suits a pocket, a bump 10 mm wide would lose half of its excess.
         lower.smooth_mm = min(lower.smooth_mm, bump.area_mm2 / polyline.perimeter_mm(bump.outline_mm))
-        again.pockets[label - 1] = _as_seen(bump, found.dropped)
         its_feet = pocket.feet_with(lower, again, threads, stop)
         one = FoundPocket(0, again, its_feet, label - 1, found.holes, runs=found.runs)
         if one.foot.closed or again.labels.values.shape == whole.labels.values.shape:
@@ -174,8 +173,8 @@ def _place_at(
         half_mm *= 2
 
 
-def _as_seen(one: pocket.Pocket, dropped: Sequence[Dropped]) -> pocket.Pocket:
-    """Return a place with the share that was measured of the bumps in it, of which its window knows nothing."""
-    low, high = one.outline_mm.min(axis=0), one.outline_mm.max(axis=0)
-    within = [bump for bump in dropped if (low <= bump.centroid_mm).all() and (bump.centroid_mm <= high).all()]
-    return replace(one, measured_share=min([one.measured_share, *(bump.measured_share for bump in within)]))
+def _measured(whole: pocket.Segmentation, rows: slice, columns: slice) -> HeightMap:
+    """Return a part of the heights, with what of them was measured."""
+    part = whole.heights.part(rows, columns)
+    unmeasured: Bools = whole._core.unmeasured[rows, columns].view(np.bool_)
+    return HeightMap(part.values, part.origin_mm, part.spacing_mm, ~unmeasured)
