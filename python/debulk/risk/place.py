@@ -52,7 +52,7 @@ class Place:
 def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> Place | None:
     """Return what is known of a pocket's ridge; None if nothing is, as of a pocket that is INVALID."""
     known, ridge = pocket.excess, pocket.deciding_ridge
-    unseen = pocket.measured_share < recipe.verdict.min_pocket_coverage  # a bump below the tolerances is not INVALID then
+    unseen = pocket.measured_share < recipe.verdict.min_pocket_coverage  # INVALID only above the tolerances
     if pocket.verdict is Verdict.INVALID or unseen or ridge is None:
         return None
     if pocket.decided_by == "paper" or known is None or pocket.half_seen is not None:

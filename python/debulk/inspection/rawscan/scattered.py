@@ -62,7 +62,7 @@ def findings(reports: Sequence[PocketReport], standing: Standing) -> list[Findin
     number = np.zeros((row.max() + wide + 1, column.max() + wide + 1), dtype=np.float32)
     np.add.at(number, (row, column), 1)
     within = cv2.boxFilter(number, -1, (wide, wide), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    least = max(LIMITS.fewest, LIMITS.spot_share * (LIMITS.spot_mm / standing.sample_mm) ** 2)
+    least = max(narrow.LIMITS.fewest, LIMITS.spot_share * (LIMITS.spot_mm / standing.sample_mm) ** 2)
     spots = []
     for (rows, columns), own in pieces_of(within >= least, 8).each(1, 0):
         y, x = np.argwhere(own).mean(axis=0)
