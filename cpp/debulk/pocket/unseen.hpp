@@ -18,7 +18,7 @@ struct UnseenHole {
   // Centre of its area, mm. If that lies off the hole, as it may in a bent one, the nearest point in the hole.
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Box box;
-  double area = 0;       // mm2
+  double area = 0;  // mm2
   // Twice the greatest distance of a point in it from a known height of the ply, mm; of one that was filled in a point's
   // width less, for its heights are those that its rim leads to.
   double thickness = 0;
