@@ -58,6 +58,7 @@ _ARRAYS = {
     "reference_grid": _Stored("f", (3,), lambda given: _of_grid(given.reference.reference)),
     "seen": _Stored("f", (None, None), lambda given: given.reference.seen.values),
     "seen_grid": _Stored("f", (3,), lambda given: _of_grid(given.reference.seen)),
+    "hidden?": _Stored("f", (None, None), lambda given: given.reference.hidden and given.reference.hidden.values),
     "ply_outline?": _Stored("f", (None, 2), lambda given: given.ply_outline),
     "fibre_angles_deg?": _Stored("f", (2,), lambda given: None if _field(given) else given.fibre_angles_deg),
     "fibre_angles?": _Stored("f", (None, None, 2), lambda given: _values(_field(given))),
@@ -101,6 +102,7 @@ def read(path: Path) -> dict[str, Any]:
             a.get("sample"),
             _cloud(a),
             _place(a.get("far_place")),
+            _on_grid(a, "hidden", "seen") if "hidden" in a else None,
         )
     except InputError as error:
         _fail(path, str(error))

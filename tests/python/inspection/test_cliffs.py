@@ -125,3 +125,25 @@ def test_a_wide_foot_along_an_edge_where_the_mold_ends_is_reached_by_its_net():
     nodes = one.net.nodes_mm[:, :2]
     arm = one.foot_outline_mm[np.argmin(one.foot_outline_mm[:, 0])]
     assert np.linalg.norm(nodes - arm, axis=1).min() < 1.5 * one.spacing_mm
+
+
+def stepped(high_mm: float, ply_from_mm: float, bump_at_mm: float, seed: int) -> np.ndarray:
+    """A scan (H, W, 3) of a mold that falls by a step at x = 0, with a ply right of a place and a bump on it."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[-100.0:101.0, -120.0:121.0]
+    away = np.minimum(np.hypot(x - bump_at_mm, y - 10) / 9, 1)
+    lift = np.where(x > ply_from_mm, 0.3 + 3.6 * np.cos(np.pi / 2 * away) ** 2, 0.0)
+    return np.dstack([x, y, np.where(x > 0, high_mm, 0.0) + lift + rng.normal(0, 0.01, x.shape)])
+
+
+@pytest.mark.parametrize("high_mm", [5.0, 6.0, 9.0, 15.0])
+def test_a_bump_below_a_step_does_not_pass_without_an_outline(high_mm, tmp_path):
+    """Beside the step no surface follows the mold, and the bump lies there wholly; one beside it would crease."""
+    mold, bare = Inspector(None, stepped(high_mm, 1e3, 0.0, 1)), stepped(high_mm, 2.0, 1e3, 2)
+    scan = stepped(high_mm, -1e3, -20.0, 3)
+    report = mold.inspect(scan)
+    assert report.verdict is Verdict.INVALID
+    assert "below it the scan stands above the reference" in report.reason
+    mold.save(tmp_path / "mold.npz")
+    assert Inspector.load(tmp_path / "mold.npz").inspect(scan).reason == report.reason
+    assert mold.inspect(bare).verdict is Verdict.CEASE  # the ply ends at the step

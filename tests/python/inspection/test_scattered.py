@@ -80,6 +80,8 @@ def test_a_few_pixels_that_fly_under_the_mold_are_no_spot():
     (one,) = scattered.findings([], Standing(sample_mm=1.0, sunk_mm=np.vstack([sunk_mm, spot_mm])))
     assert one.at_best is Verdict.UNDECIDED
     np.testing.assert_allclose(one.place_mm, (20.0, -30.0), atol=5.0)
+    kink_mm = np.column_stack([np.linspace(-60, 60, 240), rng.normal(10, 0.6, 240)])  # which a smooth mold rounds
+    assert scattered.findings([], Standing(sample_mm=1.0, sunk_mm=kink_mm)) == []
 
 
 def test_a_pocket_that_ceases_by_points_that_scatter_is_not_judged(report):

@@ -27,6 +27,7 @@ from debulk.recipe import Recipe
 from debulk.results.trace import ArrayTrace
 
 log = logging.getLogger("debulk")
+_CLIFF_MM = 3.0  # so far off the surface lies another one, beyond a cliff; the least that is found is 4.7 mm high
 _LEAST_SPACING_MM = 0.5  # of the height map: a finer map shows no more of a pocket
 
 
@@ -47,6 +48,8 @@ class Prepared:
     """Shape and fingerprint of the cloud; None: not kept."""
     place: FarPlace = NEAR
     """The shift of clouds that lie far from the origin of the scanner's frame."""
+    hidden: Grid | None = None
+    """The heights far off the surface, as beside a cliff, NaN elsewhere; None: there are none, or not kept."""
     thickness_mm: float = 0.0
     """Thickness of the ply whose heights are measured above the `datum`."""
 
@@ -139,8 +142,8 @@ def prepare(
     heights = _gridded(reference.points, sample, place.pose(mold_from_scanner), mask, recipe, preparation)
     del reference  # the memory of a cloud, which the fit does not need
     fitted = step("reference: fit", 0.65, lambda: _fitted(heights, ply_outline, threads, stop))
-    step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
-    return Prepared(fitted, heights, image, sample, trace, place)
+    hidden = step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
+    return Prepared(fitted, heights, image, sample, trace, place, hidden)
 
 
 def _gridded(
@@ -228,13 +231,24 @@ def _too_narrow(wide_mm: float, long_mm: float, came: str = "") -> InputError:
     )
 
 
-def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> None:
-    """Set the heights that the surface does not follow to NaN, in place: the mold is not known there."""
+def _hide_misfits(heights: Grid, fitted: surface.Reference, threads: int, stop: _core.Stop) -> Grid | None:
+    """Set the heights that the surface does not follow to NaN, in place: the mold is not known there.
+
+    Return those far off the surface, if there are any.
+    """
     off = surface.misfits(heights, fitted, threads=threads, stop=stop)
-    if off.any():
-        area_mm2 = float(np.count_nonzero(off)) * heights.spacing_mm**2
-        log.info("the smooth reference does not follow %.3g cm2 of what was measured", area_mm2 / 100)
+    row, column = np.nonzero(off)
+    if not len(row):
+        return None
+    log.info(
+        "the smooth reference does not follow %.3g cm2 of what was measured", len(row) * heights.spacing_mm**2 / 100
+    )
+    places_mm = heights.origin_mm + heights.spacing_mm * np.column_stack([column, row])
+    off_mm = fitted.height(np.clip(places_mm, *fitted.box_mm)) - heights.values[row, column]
+    hidden = np.full_like(heights.values, np.nan)
+    hidden[row, column] = np.where(np.abs(off_mm) > _CLIFF_MM, heights.values[row, column], np.nan)
     heights.values[off] = np.nan
+    return replace(heights, values=hidden) if np.isfinite(hidden).any() else None
 
 
 def _spacing_mm(points: Cloud, recipe: Recipe, stop: _core.Stop) -> tuple[float, float]:
