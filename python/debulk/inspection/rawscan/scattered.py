@@ -78,7 +78,7 @@ def findings(reports: Sequence[PocketReport], standing: Standing) -> list[Findin
 
 
 def _is_wide(sunk_mm: Floats, at_mm: Floats) -> bool:
-    """Return whether what lies under the mold round a place is a spot, and no line: there a smooth mold misses a kink."""
+    """Return whether what lies under the mold round a place is a spot, not a line: a smooth mold misses a kink."""
     off = sunk_mm[(np.abs(sunk_mm - at_mm) <= 0.5 * LIMITS.spot_mm).all(axis=1)]
     x, y = (off - off.mean(axis=0)).T
     xx, yy, xy = (float(np.mean(product)) for product in (x * x, y * y, x * y))
