@@ -20,7 +20,7 @@ Result = TypeVar("Result")
 _FILE = (str, PathLike)
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "float": ("a number", lambda value: _fits_float(value) or _plain(value, "fiu")),
-    "int": ("a whole number", lambda value: _is(value, numbers.Integral) or _plain(value, "iu")),
+    "int": ("a whole number", lambda value: isinstance(value, numbers.Integral) or _plain(value, "iu")),
     "str": ("text", lambda value: isinstance(value, str)),
     "str | PathLike[str]": ("the name of a file", lambda value: isinstance(value, _FILE) and value != ""),
     "Progress": ("a function of the stage and the share that is done", callable),
@@ -107,14 +107,9 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
 
 
-def _is(value: Any, kind: type) -> bool:
-    """Tell whether a value is a number of this kind; True, which Python counts as 1, is a slip of an argument."""
-    return isinstance(value, kind) and not isinstance(value, bool)
-
-
 def _fits_float(value: Any) -> bool:
     """Tell whether a value is a number and, if it is an int, not beyond the largest float."""
-    return _is(value, numbers.Real) and (not isinstance(value, int) or abs(value) <= sys.float_info.max)
+    return isinstance(value, numbers.Real) and (not isinstance(value, int) or abs(value) <= sys.float_info.max)
 
 
 def _plain(value: Any, kinds: str) -> bool:

@@ -176,7 +176,7 @@ CHECK_TEXTS = (
         "holes",
         "A hole may hide something",
         "every part of the ply that was not seen: the ridge of what the fibres show there and of the steepest bell "
-        "that it can hide; bumps that end in it; and spots where many points lie under the mold, as where it shines",
+        "that it can hide; and bumps that end in it",
         "`verdict.max_ridge_mm`",
         "scan again with less glare, with another exposure or from another side; bring what is out of view into it",
         (INVALID, UNDECIDED),

@@ -15,16 +15,7 @@ from debulk.inspection.evidence import two_layers
 from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import excess, humps
-from debulk.inspection.rawscan import (
-    edge_spread,
-    filled,
-    lost_places,
-    narrow,
-    rounded,
-    scattered,
-    shared_noise,
-    vouched,
-)
+from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
 
@@ -45,12 +36,6 @@ def _of_lost(seen: Seen, *, wrinkles: bool) -> list[Finding]:
     return [one.finding(limit_mm) for one in seen.lost if one.place.is_wrinkle is wrinkles]
 
 
-def _of_holes(seen: Seen) -> list[Finding]:
-    """Return the findings on what was not seen, and on what was seen only as points that scatter."""
-    reports = seen.judged.reports
-    return [*unseen.findings(seen.found, reports, seen.ply.recipe), *scattered.findings(reports, seen.standing)]
-
-
 CHECKS = (
     Check("chain", lambda seen: [] if seen.recognised is None else seen.recognised.findings),
     Check("same_scan", _of_place("same_scan")),
@@ -68,7 +53,7 @@ CHECKS = (
     Check("locked", lambda seen: fibre_angles.locked(seen.ply)),
     Check("pockets", pockets.pockets),
     Check("deadline", pockets.deadline),
-    Check("holes", _of_holes, (excess.LIMITS, scattered.LIMITS)),
+    Check("holes", lambda seen: unseen.findings(seen.found, seen.judged.reports, seen.ply.recipe), (excess.LIMITS,)),
     Check("shared_fibres", lambda seen: shared_runs.findings(seen.found.runs, seen.judged.pockets, seen.ply)),
     Check("false_acceptance", pockets.false_acceptance),
     Check("plateaus", lambda seen: seen.plateaus, (plateaus.LIMITS,)),
