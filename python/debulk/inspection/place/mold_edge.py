@@ -79,22 +79,21 @@ class BelowEdge:
 def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | None]:
     """Return the reference without the part below a cliff, and that part, which is None if there is no cliff.
 
-    What the fit left out beside a cliff belongs to that part, too, also of a cliff so low that it is no table's.
+    Of a step so low that beyond what the fit left out beside it no cliff is found, that part is what was left out.
     """
     seen = prepared.seen
     marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
     known = np.isfinite(seen.values)
     cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, BESIDE_MM))
-    hidden = None if prepared.hidden is None else np.where(grown(known, margin), np.nan, prepared.hidden.values)
     if not marks.size:
-        if hidden is None:
+        if prepared.hidden is None:
             return prepared, None
+        hidden = np.where(grown(known, margin), np.nan, prepared.hidden.values)
         share = float(np.count_nonzero(np.isfinite(hidden))) / max(1, int(np.count_nonzero(known)))
         return prepared, BelowEdge(replace(seen, values=hidden), share, recipe.material.thickness_mm)
     above = marks.view(np.bool_)
     beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
-    low = np.where(above, np.nan, seen.values)
-    below = replace(seen, values=low if hidden is None else np.where(np.isnan(hidden), low, hidden))
+    below = replace(seen, values=np.where(above, np.nan, seen.values))
     share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
     mold = np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype)
     return replace(prepared, seen=replace(seen, values=mold)), BelowEdge(below, share, recipe.material.thickness_mm)
