@@ -104,6 +104,8 @@ def read(path: Path) -> dict[str, Any]:
             _place(a.get("far_place")),
             _on_grid(a, "hidden", "seen") if "hidden" in a else None,
         )
+        if prepared.hidden is not None and prepared.hidden.values.shape != prepared.seen.values.shape:
+            raise InputError(f"hidden has the shape {prepared.hidden.values.shape}, seen {prepared.seen.values.shape}")
     except InputError as error:
         _fail(path, str(error))
     camera = a.get("camera")

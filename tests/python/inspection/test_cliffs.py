@@ -147,3 +147,7 @@ def test_a_bump_below_a_step_does_not_pass_without_an_outline(high_mm, tmp_path)
     mold.save(tmp_path / "mold.npz")
     assert Inspector.load(tmp_path / "mold.npz").inspect(scan).reason == report.reason
     assert mold.inspect(bare).verdict is Verdict.CEASE  # the ply ends at the step
+    with np.load(tmp_path / "mold.npz") as file:
+        np.savez(tmp_path / "cut.npz", **{**file, "hidden": file["hidden"][1:]})
+    with pytest.raises(debulk.InputError, match="hidden has the shape"):
+        Inspector.load(tmp_path / "cut.npz")
