@@ -130,6 +130,16 @@ class Outcome:
         """Return whether the verdict was crease although it closes."""
         return self.closes and self.said == "crease"
 
+    @property
+    def needlessly_undecided(self) -> bool:
+        """Return whether nothing is wrong, what truly remains is clear of the limit, and the verdict was undecided."""
+        return self.clear and self.said == "undecided"
+
+    @property
+    def clear(self) -> bool:
+        """Return whether nothing is wrong, and what truly remains is off the limit by more than the margin."""
+        return self.good and abs(self.true_mm - Recipe().verdict.max_ridge_mm) > MARGIN_MM
+
 
 def run(case: Case, pixels: tuple[int, int]) -> Outcome:
     """Make a case, inspect it, and compare the report with the truth."""

@@ -44,6 +44,8 @@ def text(outcomes: list[Outcome], seed: int, pixels: str) -> str:
         f"false alarms (INVALID or refused, nothing wrong)     {sum(o.false_alarm for o in outcomes):5} of {len(good)}",
         f"CREASE, nothing wrong, no ridge or bridge near limit "
         f"{sum(o.false_crease for o in outcomes):5} of {sum(o.closes for o in outcomes)}",
+        f"UNDECIDED, nothing wrong, truth clear of the limit   "
+        f"{sum(o.needlessly_undecided for o in outcomes):5} of {sum(o.clear for o in outcomes)}",
         f"exceptions other than InputError                     {sum(said(o) == 'other error' for o in outcomes):5}",
         f"crashes                                              {sum(o.said == 'crash' for o in outcomes):5}",
         f"over the limit of time                               {sum(o.said == 'hang' for o in outcomes):5}",

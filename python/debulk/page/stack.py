@@ -49,18 +49,19 @@ def page(layups: Sequence[Layup]) -> str:
     """Return the page of the layups of a stack, in their order, or in that of the numbers "ply" of their contexts."""
     for layup in layups:
         check_drawable(layup.report)
+    parts = sorted({text for layup in layups if (text := context_text(layup.report, "part"))})
     numbers = {id(layup): _ply_number(layup) for layup in layups}
     ordered = list(layups) if None in numbers.values() else sorted(layups, key=lambda one: numbers[id(one)] or 0.0)
+    ordered.sort(key=lambda one: context_text(one.report, "part"))  # ply by ply of each part
     share = max(_MAX_PNG_BYTES // len(ordered), 40_000)
     wrong = references(ordered)
-    plies = [_ply(k, layup, share, wrong[k - 1]) for k, layup in enumerate(ordered, start=1)]
+    plies = [_ply(k, layup, share, wrong[k - 1], len(parts) > 1) for k, layup in enumerate(ordered, start=1)]
     worst = sorted(plies, key=lambda ply: (-ply.layup.report.verdict.severity, ply.number))
     verdict = worst[0].layup.report.verdict
     counts = [(v, n) for v in Verdict if (n := sum(ply.layup.report.verdict is v for ply in plies))]
-    parts = list(dict.fromkeys(text for layup in ordered if (text := context_text(layup.report, "part"))))
     times = sorted(ply.time for ply in plies if ply.time)
     when = [] if not times else [times[0] if times[0] == times[-1] else f"{times[0]} to {times[-1]}"]
-    named = [f"part {', '.join(parts)}"] if parts else []
+    named = [f"{'part' if len(parts) == 1 else 'parts'} {', '.join(parts)}"] if parts else []
     count = f"{len(plies)} {'ply' if len(plies) == 1 else 'plies'}"
     return render(
         "stack.html.j2",
@@ -69,7 +70,7 @@ def page(layups: Sequence[Layup]) -> str:
         plies=plies,
         worst=worst,
         counts=counts,
-        part_names=", ".join(parts),
+        of_parts=named[0] if named else "",
     )
 
 
@@ -115,13 +116,15 @@ def _after(comparison: ComparisonData | None) -> str:
     return f"did not pass: {', '.join(bad)}" if bad else "passed: every pocket ceased"
 
 
-def _ply(place: int, layup: Layup, png_bytes: int, wrong: str) -> Ply:
+def _ply(place: int, layup: Layup, png_bytes: int, wrong: str, several_parts: bool) -> Ply:
     report = layup.report
     name = context_text(report, "ply")
+    title = f"Ply {name}" if name else f"Layup {number(place, 0)}"
+    part = context_text(report, "part") if several_parts else ""
     time = report.trace.time_utc if report.trace else ""
     return Ply(
         place,
-        f"Ply {name}" if name else f"Layup {number(place, 0)}",
+        f"{part}, {title[0].lower()}{title[1:]}" if part else title,
         layup,
         f"{time[:10]} {time[11:19]} UTC" if time else "",
         report_map(report, png_bytes),

@@ -55,7 +55,7 @@ def place_of(pocket: PocketReport, runs: ExcessRuns | None, recipe: Recipe) -> P
     unseen = pocket.measured_share < recipe.verdict.min_pocket_coverage  # INVALID only above the tolerances
     if pocket.verdict is Verdict.INVALID or unseen or ridge is None:
         return None
-    if pocket.decided_by == "paper" or known is None or pocket.half_seen is not None:
+    if pocket.decided_by == "paper" or known is None or pocket.half_seen is not None or ridge.is_bridge:
         heights = np.interp((np.arange(_COUNT) + 0.5) / _COUNT, (0, 1), ridge.range_mm)
         return Place(pocket.id, heights, heights, recipe.verdict.ridge_margin_mm / 2)
     turn_mm, foot = _turn_mm(pocket.id, runs), FOOT * recipe.material.thickness_mm

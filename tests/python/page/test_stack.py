@@ -37,6 +37,18 @@ def test_the_worst_ply_heads_the_table_and_the_sections_go_ply_by_ply():
     assert order(text, "✕ Ply 9 CREASE", "? Ply 2 UNDECIDED", "Plies, the worst")
 
 
+def test_plies_of_several_parts_are_named_with_their_part_and_go_part_by_part():
+    html = page([
+        layup(Verdict.CEASE, "b1.json", ply=1, part="B"),
+        layup(Verdict.CEASE, "a2.json", ply=2, part="A"),
+        layup(Verdict.CREASE, "a1.json", ply=1, part="A"),
+    ])  # fmt: skip
+    sections = html[html.index("</table>") :]
+    assert order(sections, "<h2>A, ply 1", "<h2>A, ply 2", "<h2>B, ply 1")
+    text = " ".join(" ".join(read(html).text).split())
+    assert "3 plies of parts A, B: 1 CREASE, 2 CEASE" in text and "✕ A, ply 1 CREASE" in text
+
+
 def test_without_numbers_the_given_order_stays():
     html = page([layup(Verdict.CEASE, "b.json"), layup(Verdict.CEASE, "a.json", ply=1)])
     assert order(html[html.index("</table>") :], "b.json", "a.json")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from debulk.recipe import Recipe
+from debulk.results.bridge_section import BridgeSection
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.runs import ExcessRuns
 from debulk.risk import place_of, risk
@@ -103,6 +104,15 @@ def test_pockets_on_one_fibre_are_drawn_together_or_not():
 def test_a_pocket_that_the_minima_decide_lies_anywhere_in_its_range():
     by_net = pocket(1, 0.9, decided_by="paper", excess=None, ridge_height_mm=0.5, ridge_range_mm=(0.4, 0.8))
     assert risk([by_net], None, Recipe()).pockets[1] == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_bridge_that_decides_lies_anywhere_in_its_range_whatever_the_excess_is():
+    section = BridgeSection(
+        height_mm=0.6, range_mm=(0.5, 0.7), lacks_mm=0.4, lacks_error_mm=0.04, pull_n_per_mm=3.0, hold_n_per_mm=9.0
+    )
+    assert of(0.0) < 1e-6
+    assert of(0.0, bridge_section=section) == pytest.approx(0.5, abs=0.02)
+    assert of(0.0, bridge_section=replace(section, height_mm=2.0, range_mm=(1.9, 2.1))) > 1 - 1e-6
 
 
 def test_what_is_not_known_has_no_probability():
