@@ -164,8 +164,7 @@ void bind_pocket(py::module_ m) {
       .def_readonly("area", &Dropped::area)
       .def_readonly("peak", &Dropped::peak)
       .def_property_readonly("centroid", [](const Dropped& d) { return row(d.centroid); })
-      .def_readonly("touches_unknown", &Dropped::touches_unknown)
-      .def_readonly("measured_share", &Dropped::measured_share);
+      .def_readonly("touches_unknown", &Dropped::touches_unknown);
 
   py::class_<UnseenHole>(m, "UnseenHole")
       .def_property_readonly("centre", [](const UnseenHole& h) { return row(h.centre); })

@@ -54,7 +54,8 @@ void bind_ridge(py::module_ m) {
       .def(py::init<>())
       .def_readwrite("thickness_mm", &RidgeOptions::thickness)
       .def_readwrite("bulk_factor", &RidgeOptions::bulk_factor)
-      .def_readwrite("touch_mm", &RidgeOptions::touch);
+      .def_readwrite("touch_mm", &RidgeOptions::touch)
+      .def_property_readonly("touch_gap_mm", &RidgeOptions::touch_gap);
 
   py::class_<RidgeSection>(m, "RidgeSection")
       .def_readonly("peak", &RidgeSection::peak)

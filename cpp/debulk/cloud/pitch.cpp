@@ -6,37 +6,13 @@
 #include <vector>
 
 #include "debulk/cloud/neighbours.hpp"
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 
 namespace debulk {
 namespace {
 
 constexpr std::size_t kAsked = 100'000;  // points of a list, about: their median is known to 0.3 % of the distances' spread
-
-float select(std::vector<float>& values, std::size_t place) {
-  const auto at = values.begin() + static_cast<long>(place);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-// A sample tells between which values the median lies, if there are many; it is selected among the few of these.
-double median(std::vector<float>& values) {
-  constexpr std::size_t kMany = 100'000, kEvery = 64;
-  if (values.empty()) return 0;
-  const std::size_t middle = values.size() / 2;
-  if (values.size() > kMany) {
-    std::vector<float> sample, between;
-    for (std::size_t k = 0; k < values.size(); k += kEvery) sample.push_back(values[k]);
-    const float low = select(sample, sample.size() * 48 / 100), high = select(sample, sample.size() * 52 / 100);
-    std::size_t below = 0;
-    for (const float v : values) {
-      below += v < low;
-      if (v >= low && v <= high) between.push_back(v);
-    }
-    if (below <= middle && middle < below + between.size()) return select(between, middle - below);
-  }
-  return select(values, middle);
-}
 
 // Median distance from a pixel to the next one that was seen, so many columns and rows or a multiple farther; 0 if there
 // is none in most places.
@@ -55,7 +31,7 @@ double next_seen(const CloudView& cloud, int columns, int rows) {
         const float d = std::sqrt(squared_distance(p, q));
         if (std::isfinite(d)) distances.push_back(d);
       }
-    if (2 * distances.size() > seen) return median(distances);
+    if (2 * distances.size() > seen) return upper_median(distances);
   }
   return 0;
 }
@@ -107,7 +83,7 @@ double median_pitch(const CloudView& cloud, int threads, const Stop& stop) {
     const auto every = static_cast<std::uint32_t>(std::max<std::size_t>(1, cloud.size() / kAsked));
     for (const float d : mean_neighbour_distances(cloud, 4, threads, stop, every))
       if (std::isfinite(d)) distances.push_back(d);
-    return widest_pitch(cloud, median(distances), stop);
+    return widest_pitch(cloud, upper_median(distances), stop);
   }
   const int stride = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(cloud.size()) / 1e6)));
   const auto taken = [stride](int count) { return static_cast<std::size_t>((count - 2 + stride) / stride); };
@@ -122,7 +98,7 @@ double median_pitch(const CloudView& cloud, int threads, const Stop& stop) {
       }
   });
   distances.erase(std::remove_if(distances.begin(), distances.end(), [](float d) { return !std::isfinite(d); }), distances.end());
-  return median(distances);
+  return upper_median(distances);
 }
 
 }  // namespace debulk

@@ -27,12 +27,16 @@ std::vector<Run> find_runs(const Grid<std::uint8_t>& image, bool wanted, int thr
     for (int j = static_cast<int>(first); j < last; ++j) {
       const std::uint8_t* row = &image.values[image.index(0, j)];
       for (int i = 0; i < image.nx;) {
-        // Eight zeros are skipped at once, because most of an image is background.
-        for (std::uint64_t eight = 0; !wanted ? false : i + 8 <= image.nx; i += 8) {
+        // Eight zeros are skipped at once, and all that is between two zeros: most of an image is no run.
+        for (std::uint64_t eight = 0; wanted && i + 8 <= image.nx; i += 8) {
           std::memcpy(&eight, row + i, sizeof eight);
           if (eight != 0) break;
         }
-        while (i < image.nx && (row[i] != 0) != wanted) ++i;
+        while (wanted && i < image.nx && row[i] == 0) ++i;
+        if (!wanted) {
+          const void* zero = std::memchr(row + i, 0, static_cast<std::size_t>(image.nx - i));
+          i = zero ? static_cast<int>(static_cast<const std::uint8_t*>(zero) - row) : image.nx;
+        }
         const int begin = i;
         while (i < image.nx && (row[i] != 0) == wanted) ++i;
         if (i > begin) part.push_back({j, begin, i});

@@ -1,9 +1,10 @@
 #include "debulk/pocket/height_noise.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
+
+#include "debulk/core/median.hpp"
 
 namespace debulk {
 namespace {
@@ -22,9 +23,7 @@ double height_noise(const Grid<float>& heights) {
       if (std::isfinite(d)) sizes.push_back(static_cast<float>(std::abs(d)));
     }
   if (sizes.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = sizes.begin() + static_cast<long>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle / 0.674490 / 6;  // median of |normal|; root of the sum of squared weights
+  return upper_median(sizes) / 0.674490 / 6;  // median of |normal|; root of the sum of squared weights
 }
 
 }  // namespace debulk

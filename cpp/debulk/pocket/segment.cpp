@@ -47,19 +47,6 @@ void check_grid(const Grid<T>& grid) {
 #define DEBULK_KERNEL "debulk/pocket/segment_kernel.inl"
 #include "debulk/core/simd_dispatch.inl"
 
-// Appends the runs of zeros, row by row.
-void list_zeros(const Grid<std::uint8_t>& mask, std::vector<Run>& runs) {
-  for (int j = 0; j < mask.ny; ++j) {
-    const std::uint8_t *row = &mask.at(0, j), *const end = row + mask.nx;
-    for (const std::uint8_t* at = row; at != end;) {
-      const auto* begin = static_cast<const std::uint8_t*>(std::memchr(at, 0, static_cast<std::size_t>(end - at)));
-      if (!begin) break;
-      at = std::find_if(begin, end, [](std::uint8_t m) { return m != 0; });
-      runs.push_back({j, static_cast<int>(begin - row), static_cast<int>(at - row)});
-    }
-  }
-}
-
 // Indices of a component's points, ascending.
 std::vector<std::size_t> members(const Components& components, std::size_t component, int nx) {
   std::vector<std::size_t> out;
@@ -237,7 +224,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
           before_median ? std::to_string(before_median->ny) + " by " + std::to_string(before_median->nx) : "none");
   prepare(given, options);
   scan(given, threads, stop);
-  if (measured) list_zeros(*measured, out_.unmeasured);
+  if (measured) out_.unmeasured = find_runs(*measured, false, threads);
   const Components& components = components_.run(foreground(threads, stop));
   const auto count = static_cast<std::size_t>(components.count());
   for (std::size_t k = 0; k < count; ++k) paint(components, k, static_cast<std::int32_t>(k) + 1, out_.labels);
@@ -268,7 +255,7 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
         continue;
       }
       const auto reason = !low(p) ? Dropped::Reason::area : small(p) ? Dropped::Reason::area_and_peak : Dropped::Reason::peak;
-      out_.dropped.push_back({reason, p.area, p.peak, p.centroid, p.touches_unknown, p.measured_share});
+      out_.dropped.push_back({reason, p.area, p.peak, p.centroid, p.touches_unknown});
       continue;
     }
     p.id = static_cast<int>(out_.pockets.size()) + 1;

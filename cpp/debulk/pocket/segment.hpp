@@ -48,7 +48,6 @@ struct Dropped {
   double peak = 0;  // mm above the reference
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
   bool touches_unknown = false;  // as in Pocket: area and peak are lower bounds
-  double measured_share = 0;     // as in Pocket
 };
 
 struct Segmentation {

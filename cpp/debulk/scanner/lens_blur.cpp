@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/pool.hpp"
 #include "debulk/scanner/rectified_row.hpp"
@@ -65,9 +66,10 @@ double estimate_blur(const float* phase, const FringeLight& light, int threads, 
       DEBULK_ON(isa, sample_row(phase, light, reach + static_cast<int>(k) * every, edge, rows, parts[static_cast<std::size_t>(k)]));
   });
   std::vector<float> bends;
-  for (const Samples& part : parts) bends.insert(bends.end(), part.bend.begin(), part.bend.end());
+  for (const Samples& part : parts)
+    for (const float bend : part.bend) bends.push_back(std::abs(bend));
   if (bends.size() < 1000) return 0;
-  const float usual = 6 * middle_size(bends);  // four standard deviations; larger bends lie on folds and edges
+  const float usual = 6 * upper_median(bends);  // four standard deviations; larger bends lie on folds and edges
   double follows = 0, strength = 0;
   for (const Samples& s : parts)
     for (std::size_t i = 0; i < s.bend.size(); ++i)

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "debulk/core/median.hpp"
+
 namespace debulk {
 namespace {
 
@@ -97,30 +99,10 @@ float median_step(const PhaseView& view) {
     const float* phase = view.phase + static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width);
     for (int i = 0; i + 1 < view.width; ++i) {
       const float step = phase[i + 1] - phase[i];
-      if (step == step) steps.push_back(step);
+      if (step == step) steps.push_back(std::abs(step));
     }
   }
-  return middle_size(steps);
-}
-
-float middle_size(const std::vector<float>& values) {
-  if (values.empty()) return 0;
-  constexpr int dropped = 19;  // bits; the leading ones, which are left, are in the order of the sizes
-  const auto size_of = [](float v) {
-    std::uint32_t size;
-    std::memcpy(&size, &v, sizeof size);
-    return size & 0x7fffffff;
-  };
-  std::vector<std::size_t> counts(std::size_t{1} << (31 - dropped));
-  for (const float v : values) ++counts[size_of(v) >> dropped];
-  std::size_t cell = 0, place = values.size() / 2;
-  for (; place >= counts[cell]; ++cell) place -= counts[cell];
-  std::vector<float> alike;
-  for (const float v : values)
-    if (size_of(v) >> dropped == cell) alike.push_back(std::abs(v));
-  const auto middle = alike.begin() + static_cast<std::ptrdiff_t>(place);
-  std::nth_element(alike.begin(), middle, alike.end());
-  return *middle;
+  return upper_median(steps);
 }
 
 }  // namespace debulk

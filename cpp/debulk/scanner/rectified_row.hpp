@@ -37,7 +37,4 @@ void rectify_row(const PhaseView& view, int row, RectifiedRow& out, Isa isa = be
 // neighbours have a phase.
 float median_step(const PhaseView& view);
 
-// The upper median of the values' sizes; none may be NaN. 0 if there are none.
-float middle_size(const std::vector<float>& values);
-
 }  // namespace debulk

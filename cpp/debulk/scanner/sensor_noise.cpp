@@ -9,6 +9,7 @@
 
 #include <Eigen/Dense>
 
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/scanner/spare_harmonic.hpp"
 
@@ -37,9 +38,7 @@ std::array<Bin, bins> averaged(const std::vector<std::vector<LevelVariance>>& pa
     if (by_level[k].empty()) continue;
     sorted.clear();
     for (const LevelVariance& one : by_level[k]) sorted.push_back(one.variance);
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double most = cut * std::max(*middle / median, quantisation);
+    const double most = cut * std::max(upper_median(sorted) / median, quantisation);
     Bin& bin = out[k];
     for (const LevelVariance& one : by_level[k])
       if (one.variance <= most) bin.count += 1, bin.level += one.level, bin.variance += one.variance;

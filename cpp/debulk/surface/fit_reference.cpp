@@ -12,6 +12,7 @@
 #include <Eigen/Cholesky>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/pool.hpp"
 #include "debulk/surface/cliffs.hpp"
@@ -203,10 +204,8 @@ void remove_strays(Grid<float>& heights, const Grid<float>& residual, double rob
   for (std::size_t k = 0; k < residual.size(); k += std::max<std::size_t>(1, residual.size() / 200'000))
     if (!std::isnan(residual.values[k])) sample.push_back(std::abs(residual.values[k]));
   if (sample.empty()) return;
-  const auto middle = sample.begin() + static_cast<long>(sample.size() / 2);
-  std::nth_element(sample.begin(), middle, sample.end());
   // At least 0.05 mm, because exact heights have no noise from which a limit could follow.
-  const double limit = std::max(0.05, robust * 1.4826 * *middle);
+  const double limit = std::max(0.05, robust * 1.4826 * upper_median(sample));
   for (std::size_t k = 0; k < heights.size(); ++k)
     if (std::abs(residual.values[k]) > limit) heights.values[k] = std::numeric_limits<float>::quiet_NaN();
 }

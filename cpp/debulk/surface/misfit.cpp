@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 #include "debulk/core/row_runs.hpp"
 #include "debulk/surface/pooled.hpp"
@@ -48,10 +49,7 @@ double median_of(const Grid<float>& grid) {
   known.reserve(grid.size());
   for (const float value : grid.values)
     if (!std::isnan(value)) known.push_back(value);
-  if (known.empty()) return 0;
-  const auto half = known.begin() + static_cast<long>(known.size() / 2);
-  std::nth_element(known.begin(), half, known.end());
-  return *half;
+  return upper_median(known);
 }
 
 void drop_small(Grid<std::uint8_t>& marks) {

@@ -72,6 +72,8 @@ class RidgeOptions(_Options):
     bulk_factor: float
     thickness_mm: float
     touch_mm: float
+    @property
+    def touch_gap_mm(self) -> float: ...
 
 class RidgeSection(_Made):
     @property

@@ -9,11 +9,8 @@ from collections.abc import Mapping
 from dataclasses import astuple, dataclass, fields
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from debulk.grid import Grid
 from debulk.page.trace import context_text
+from debulk.pocket import height_noise
 from debulk.results.approval import recipe_hash
 from debulk.results.comparison import ComparisonData
 from debulk.results.report import PocketReport, ReportData
@@ -43,8 +40,8 @@ class LayupRow:
     coverage: float | None
     """Share of the ply that was seen."""
     noise_mm: float | None
-    """Standard deviation of a cell of the height map by noise, from second differences along x: after the filters, so
-    it compares layups of one recipe and one scanner."""
+    """Standard deviation of a cell of the height map by noise (`debulk.pocket.height_noise`): after the filters, so it
+    compares layups of one recipe and one scanner."""
     level_mm: float | None
     offset_mm: float | None
     tilt_deg: float | None
@@ -180,7 +177,7 @@ def of_report(record: int, report: ReportData) -> list[Row]:
         verdicts.count(Verdict.UNDECIDED),
         verdicts.count(Verdict.INVALID),
         report.coverage,
-        _noise_mm(report.height_map),
+        height_noise(report.height_map) if report.height_map else None,
         level.laid_mm - level.thickness_mm if level else None,
         level.offset_mm if level else None,
         level.tilt_deg if level else None,
@@ -218,14 +215,3 @@ def _pocket(record: int, pocket: PocketReport) -> PocketRow:
         ridge.height_mm if ridge else None, low, high, excess.noise_mm if excess else None,
         int(pocket.touches_ply_edge),
     )  # fmt: skip
-
-
-def _noise_mm(grid: Grid | None) -> float | None:
-    """Estimate the noise of a height map from the second differences of every fourth row; None without a map."""
-    if grid is None or grid.values.ndim != 2 or grid.values.shape[1] < 3:
-        return None
-    rows: NDArray[np.float64] = grid.values[::4].astype(np.float64)
-    second = np.abs(rows[:, 2:] - 2 * rows[:, 1:-1] + rows[:, :-2])
-    second = second[np.isfinite(second)]
-    # A median is blind to the few cells at pockets; 0.6745 is that of |z|, and sqrt(6) the sum of the weights' squares.
-    return float(np.median(second)) / (0.6745 * math.sqrt(6.0)) if second.size else None

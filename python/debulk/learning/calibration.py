@@ -87,7 +87,15 @@ class Calibrated:
     not_detected: str = ""
 
     def proposed(self, recipe: Recipe) -> Recipe:
-        """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities."""
+        """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities.
+
+        Raises
+        ------
+        InputError
+            If no limit is proposed: by these outcomes no ridge is worth passing.
+        """
+        if not self.limit_mm:
+            raise InputError("by these outcomes no ridge is worth passing: no limit is proposed")
         found = self.posterior
         known = {"crease_mm": found.limit_mm, "limit_mm": found.limit_sd_mm, "spread_mm": found.spread_mm}
         unsure = recipe.uncertainty.model_copy(update={name: round(value, 4) for name, value in known.items()})

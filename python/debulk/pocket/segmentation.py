@@ -49,7 +49,7 @@ class Pocket:
 class Dropped:
     """A region above the cut that is no pocket, for too little ``"area"``, ``"peak"`` or ``"area and peak"``.
 
-    `touches_unknown` and `measured_share` are as in `Pocket`.
+    `touches_unknown` is as in `Pocket`.
     """
 
     reason: str
@@ -57,7 +57,6 @@ class Dropped:
     peak_mm: float
     centroid_mm: Floats
     touches_unknown: bool = False
-    measured_share: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +196,7 @@ def from_core(core: Any) -> Segmentation:
         )
         for p in core.pockets
     ]
-    dropped = [Dropped(d.reason, d.area, d.peak, d.centroid, d.touches_unknown, d.measured_share) for d in core.dropped]
+    dropped = [Dropped(d.reason, d.area, d.peak, d.centroid, d.touches_unknown) for d in core.dropped]
     labels, heights = (Grid(values, core.origin, core.spacing) for values in (core.labels, core.heights))
     return Segmentation(pockets, dropped, core.specks, labels, heights, core.cut_height, core)
 

@@ -97,8 +97,7 @@ def looked_for_mm2(recipe: Recipe) -> float:
 
 def bridge_mm(gap_mm: float, recipe: Recipe) -> float:
     """Return a bridge's height, mm, as post-processing counts it: with the consolidated ply; 0 if the ply touches."""
-    material = recipe.material
-    return gap_mm + material.consolidated_mm if gap_mm > material.thickness_mm / 30 else 0.0
+    return gap_mm + recipe.material.consolidated_mm if gap_mm > ridge(recipe).touch_gap_mm else 0.0
 
 
 def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
@@ -108,8 +107,7 @@ def cannot_bridge(bound_mm: float | None, recipe: Recipe) -> bool:
 
 def bridges_from_mm(recipe: Recipe) -> float:
     """Return the largest gap, mm, below a bridge that does not count."""
-    material = recipe.material
-    return max(material.thickness_mm / 30, counts_from_mm(recipe) - material.consolidated_mm)
+    return max(ridge(recipe).touch_gap_mm, counts_from_mm(recipe) - recipe.material.consolidated_mm)
 
 
 def lay_pocket(recipe: Recipe) -> _core.net.LayPocketOptions:

@@ -284,7 +284,10 @@ def test_a_limit_that_every_ply_exceeds_is_none(history, tmp_path):
 def test_the_least_limit_is_that_of_the_ply(history):
     """A proposal that the debulked ply itself exceeds is none: at a factor of 1 it keeps all its thickness."""
     proposed = calibrate(history).limit_mm
-    assert calibrate(history, thickness_mm=proposed + 0.01, bulk_factor=1.0).limit_mm == 0
+    none = calibrate(history, thickness_mm=proposed + 0.01, bulk_factor=1.0)
+    assert none.limit_mm == 0
+    with pytest.raises(InputError, match="no ridge is worth passing"):
+        none.proposed(Recipe())
     assert calibrate(history, thickness_mm=proposed + 0.01, bulk_factor=1.1).limit_mm == proposed
 
 

@@ -59,3 +59,10 @@ def test_what_goes_by_another_name_arrives_too():
     assert options.criteria(recipe).max_ridge_height_mm == 0.5
     assert options.criteria(recipe, "paper").criterion != options.criteria(recipe).criterion
     assert options.section_ply(recipe).stiffness_n_mm == pytest.approx(360 * 0.3**3 / 12)
+
+
+def test_post_processing_and_the_sections_of_bridges_have_the_same_gap_that_touches():
+    for recipe, touch_mm in ((Recipe(), 0.01), (Recipe(ridge={"touch_mm": 0.2}), 0.2)):
+        assert options.ridge(recipe).touch_gap_mm == pytest.approx(touch_mm)
+        assert options.bridge_mm(0.99 * touch_mm, recipe) == 0.0
+        assert options.bridge_mm(1.01 * touch_mm, recipe) == pytest.approx(1.01 * touch_mm + 0.25)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from debulk.inspection.checks.seen import Seen
-from debulk.inspection.reference.frame import boxes
 from debulk.recipe import Recipe
 from debulk.results.approval import Approval, recipe_hash
 from debulk.results.deciding import worst_first
@@ -25,21 +24,13 @@ def coverage(seen: Seen) -> list[Finding]:
     if share >= least:
         return []
     why = [judge_layup([], share, limits).reason]
-    if beyond := _beyond_reference(seen):
+    if beyond := seen.placed.beyond:
         why.insert(0, f"the outline reaches beyond the reference ({beyond}): {_BEYOND}")
     why += [f"the reference is known on {100 * known:.1f} % of the ply"] if known < least else []
     why += [found.doubt] if found.doubt and not beyond else []
     lacking = next((of for _, of in found.holes if of in MOLD_UNKNOWN), "reference")
     remedy = _BEYOND if beyond else remedy_for(lacking) if known < least else ""
     return [Finding("coverage", Verdict.INVALID, "; ".join(why), share, least, remedy=remedy)]
-
-
-def _beyond_reference(seen: Seen) -> str:
-    """Return how far outline and reference reach, if too little of the ply is known as the outline reaches beyond."""
-    outline, box_mm = seen.ply.outline, seen.ply.reference.box_mm
-    if outline is None or seen.found.unseen.reference_coverage >= seen.ply.recipe.verdict.min_coverage:
-        return ""
-    return boxes(outline, *box_mm) if ((outline < box_mm[0]) | (outline > box_mm[1])).any() else ""
 
 
 def outline(seen: Seen) -> list[Finding]:
@@ -56,7 +47,7 @@ def counts(seen: Seen) -> bool:
     anything that was read inside an outline too large for the reference.
     """
     enough = seen.found.unseen.coverage >= seen.ply.recipe.verdict.min_coverage
-    return (seen.placed.level is not None or enough) and not seen.found.doubt and not _beyond_reference(seen)
+    return (seen.placed.level is not None or enough) and not seen.found.doubt and not seen.placed.beyond
 
 
 def pockets(seen: Seen) -> list[Finding]:

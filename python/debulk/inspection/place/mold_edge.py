@@ -85,15 +85,15 @@ def parted(prepared: Prepared, recipe: Recipe) -> tuple[Prepared, BelowEdge | No
     marks: NDArray[np.uint8] = _core.surface.above_cliffs(*prepared.seen_on_grid(), recipe.run.threads, _core.Stop())
     known = np.isfinite(seen.values)
     cliff, margin = (round(far_mm / seen.spacing_mm) for far_mm in (LIMITS.cliff_mm, BESIDE_MM))
-    if not marks.size:
-        if prepared.hidden is None:
-            return prepared, None
-        hidden = np.where(grown(known, margin), np.nan, prepared.hidden.values)
-        share = float(np.count_nonzero(np.isfinite(hidden))) / max(1, int(np.count_nonzero(known)))
-        return prepared, BelowEdge(replace(seen, values=hidden), share, recipe.material.thickness_mm)
-    above = marks.view(np.bool_)
-    beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
-    below = replace(seen, values=np.where(above, np.nan, seen.values))
-    share = float(np.count_nonzero(known & ~above)) / max(1, int(np.count_nonzero(known)))
-    mold = np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype)
-    return replace(prepared, seen=replace(seen, values=mold)), BelowEdge(below, share, recipe.material.thickness_mm)
+    if marks.size:
+        above = marks.view(np.bool_)
+        beside = grown(known & ~above, cliff) & grown(~(known & above), margin)
+        below = np.where(above, np.nan, seen.values)
+        mold = np.where(above & ~beside, seen.values, np.nan).astype(seen.values.dtype)
+        prepared = replace(prepared, seen=replace(seen, values=mold))
+    elif prepared.hidden is not None:
+        below = np.where(grown(known, margin), np.nan, prepared.hidden.values)
+    else:
+        return prepared, None
+    share = float(np.count_nonzero(np.isfinite(below))) / max(1, int(np.count_nonzero(known)))
+    return prepared, BelowEdge(replace(seen, values=below), share, recipe.material.thickness_mm)

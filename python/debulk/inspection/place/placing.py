@@ -42,6 +42,8 @@ class Placed:
     finding: Finding | None = None
     edge: Outline | None = None
     """The ply's edge as the scan shows it, for checks of how sharp it is, if no outline was given."""
+    beyond: str = ""
+    """How far outline and reference reach, if too little of the ply can be seen as the outline reaches beyond."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -128,15 +130,17 @@ class Placing:
         if self._steep is not None:
             yield self._steep
 
-    def _beyond_reference(self) -> bool:
-        """Return whether the outline is too large for the reference, so that too little of the ply can be seen."""
-        if self._setup.outline is None:
-            return False
-        outline, shares = self._setup.outline, (np.arange(_PLACES) + 0.5) / _PLACES
+    def _beyond_reference(self) -> str:
+        """Return how far outline and reference reach, if too little of the ply can be seen as the outline is larger."""
+        outline, box_mm = self._setup.outline, self._setup.prepared.reference.box_mm
+        if outline is None or not ((outline < box_mm[0]) | (outline > box_mm[1])).any():
+            return ""
+        shares = (np.arange(_PLACES) + 0.5) / _PLACES
         x, y = (a + shares * (b - a) for a, b in zip(outline.min(axis=0), outline.max(axis=0), strict=True))
         xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
         known = self._setup.prepared.between(xy[pocket.inside(outline, xy)]).any(axis=1)
-        return bool(known.size) and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
+        lacking = known.size and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
+        return frame.boxes(outline, *box_mm) if lacking else ""
 
     def plateaus(self, heights: Grid, stop: _core.Stop) -> list[Finding]:
         """Judge the places of a map of heights where the ply is missing, lies double, or lies on something."""
@@ -145,7 +149,7 @@ class Placing:
     def judge(self, sample: Sample, found: Found) -> Placed:
         """Judge the level between the pockets."""
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
-        return self.judge_between(sample, outlines, found.overview)
+        return replace(self.judge_between(sample, outlines, found.overview), beyond=self._beyond)
 
     def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
         """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
