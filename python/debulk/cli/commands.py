@@ -39,6 +39,7 @@ from debulk.cli.support import (
     outcome,
     show,
     shown_progress,
+    written,
 )
 from debulk.report import Report
 from debulk.results import codec
@@ -284,8 +285,7 @@ def _leave(report: Report, outputs: list[Path], details: bool = False, as_json: 
     from debulk.results.report_text import headline, summary, table
 
     show(lambda width: (table if details else summary)(report, width))
-    for path in outputs:
-        print(f"written: {path}")
+    written(*outputs)
     if details:
         show(lambda width: headline(report, width))
 

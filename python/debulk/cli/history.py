@@ -15,7 +15,7 @@ from debulk.cli.command import command
 from debulk.cli.examples import epilog
 from debulk.cli.given import numbers_of
 from debulk.cli.loudness import print_json
-from debulk.cli.support import JSON, check_output, show, shown_progress
+from debulk.cli.support import JSON, check_output, show, shown_progress, written
 
 if TYPE_CHECKING:
     from debulk.history import Search
@@ -90,7 +90,7 @@ def get(
     found = there.comparison(record) if there.kind(record) == "comparison" else there.report(record)
     for path in output:
         found.save(path)
-        print(f"written: {path}")
+    written(*output)
 
 
 def add(
@@ -156,7 +156,7 @@ def page(
     from debulk.history.page import page as drawn
 
     write_text(output, drawn(History(_there(history)), wanted.search(), baseline))
-    print(f"written: {output}")
+    written(output)
 
 
 def check(
@@ -201,16 +201,14 @@ def calibrate(
     settings = Recipe() if recipe is None else Recipe.load(recipe)
     ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
     found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
-    worth = found.limit_mm > 0
-    if output is not None and worth:
+    if output is not None and found.limit_mm:
         write_text(output, found.proposed(settings).to_toml())
     if as_json:
         print_json(json_of(found))
     else:
         print(text(found))
-        if output is not None and worth:
-            print(f"written: {output}")
-    if output is not None and not worth:
+        written(output if found.limit_mm else None)
+    if output is not None and not found.limit_mm:
         raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
 
 

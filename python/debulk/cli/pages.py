@@ -11,7 +11,7 @@ import typer
 
 from debulk import InputError
 from debulk.cli.loudness import print_json
-from debulk.cli.support import JSON, check_output
+from debulk.cli.support import JSON, check_output, show, written
 from debulk.rework import Handling
 
 
@@ -45,7 +45,7 @@ def page(
             named = zip(found, reports, strict=True)
             html = stack_page([Layup(one, path.name, _own_page(path, output)) for one, path in named])
         write_text(output, html)
-    print(f"written: {output}")
+    written(output)
 
 
 def rework(
@@ -60,7 +60,6 @@ def rework(
     """Say how the length leaves that would become ridges: how much, along which fibres, towards which edge."""
     check_output(output, ".json")
 
-    from debulk.cli.support import show
     from debulk.report import Report
     from debulk.results.report_text import fold
 
@@ -73,7 +72,7 @@ def rework(
         print_json(planned.to_json())
     else:
         show(lambda width: "\n".join(fold(line, width) for line in str(planned).splitlines()))
-        print(f"written: {output}\n" if output else "", end="")
+        written(output)
 
 
 def diff(
@@ -106,7 +105,6 @@ def checks(
     name: Annotated[str | None, typer.Argument(help="Name of a check, as in a report; unset: all.")] = None,
 ) -> None:
     """Say what each check of an inspection looks at, its limit, and what to do about its findings."""
-    from debulk.cli.support import show
     from debulk.results.check_texts import CHECK_TEXTS
     from debulk.results.report_text import fold
 

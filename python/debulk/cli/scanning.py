@@ -17,7 +17,7 @@ from debulk.cli.command import command
 from debulk.cli.examples import epilog
 from debulk.cli.given import size_of
 from debulk.cli.pairing import paired
-from debulk.cli.support import Progress, check_output, make_folder, shown_progress
+from debulk.cli.support import Progress, check_output, make_folder, shown_progress, written
 from debulk.files.replacing import write_picture
 
 if TYPE_CHECKING:
@@ -86,8 +86,7 @@ def images(
     if picture is not None and instrument.left is not None:
         write_picture(picture, drawn(scan, instrument.left))
     print(summary(scan))
-    for path in filter(None, (output, picture)):
-        print(f"written: {path}")
+    written(output, picture)
 
 
 @command(app, "scan patterns")
@@ -149,7 +148,7 @@ def calibrate(
             print(f"left out: {name}: {why}")
         if picture is not None:
             write_picture(picture, scanner.calibration_picture(refused.calibration))
-            print(f"written: {picture}")
+            written(picture)
         raise
     found.save(output)
     for name, error in sorted(found.image_errors_px.items(), key=lambda item: -item[1]):
@@ -157,8 +156,7 @@ def calibrate(
     print(found.text())
     if picture is not None:
         write_picture(picture, scanner.calibration_picture(found))
-    for path in filter(None, (output, picture)):
-        print(f"written: {path}")
+    written(output, picture)
 
 
 @command(app, "scan projector")
@@ -183,7 +181,7 @@ def projector(
     found.save(output)
     if found.projector is not None:
         print(f"depths by projector and cameras differ by {found.projector.error_mm:.2f} mm, their noise included")
-    print(f"written: {output}")
+    written(output)
 
 
 def scanned(layup: Layup, pixels: tuple[int, int], progress: Progress) -> Layup:

@@ -149,6 +149,12 @@ _WIDTH = 100
 _STYLES = {Verdict.CEASE: "green", Verdict.CREASE: "red", Verdict.UNDECIDED: "yellow", Verdict.INVALID: "magenta"}
 
 
+def written(*paths: Path | None) -> None:
+    """Print which files were written; None: none was."""
+    for path in filter(None, paths):
+        print(f"written: {path}")
+
+
 def pose_of(pose: Path | None, unit: Literal["mm", "m"]) -> NDArray[np.float64] | None:
     """Read the option --pose."""
     from debulk import files

@@ -11,7 +11,7 @@ import typer
 
 from debulk.cli.given import Mask, Outputs, Pose, Unit
 from debulk.cli.loudness import print_json
-from debulk.cli.support import FAULT, JSON, chain_of, check_output, pose_of, show, shown_progress
+from debulk.cli.support import FAULT, JSON, chain_of, check_output, pose_of, show, shown_progress, written
 
 
 def compare(
@@ -67,7 +67,7 @@ def compare(
         print_json(codec.dumps(found, FORMAT))
     else:
         show(lambda width: table(found, width))
-        print("".join(f"written: {path}\n" for path in output or []), end="")
+        written(*output or [])
     raise typer.Exit(1 if found.wrong else 0)
 
 
@@ -113,8 +113,7 @@ def view(
 
     check_output(output, ".png")
     views.view(Report.load(report), output, pocket=pocket)
-    if output is not None:
-        print(f"written: {output}")
+    written(output)
 
 
 def doctor(as_json: JSON = False) -> None:

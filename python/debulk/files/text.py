@@ -128,7 +128,9 @@ def _head(source: Source, begin: int) -> _Head:
                 counting = line
                 continue
             if counting and (counting.text.startswith(separator) or any("." in field for field in fields)):
-                names = counting._replace(text=separator.join(_axes_for_counting(split(counting.text, separator))))
+                axes = {"": "index", "0": "x", "1": "y", "2": "z"}
+                counted = [axes.get(field, field) for field in split(counting.text, separator)]
+                names = counting._replace(text=separator.join(counted))
             elif counting:
                 line = counting
             units = _check_headings(source, others, names, len(fields), separator)
@@ -154,10 +156,6 @@ def _head(source: Source, begin: int) -> _Head:
 def _counts(fields: list[str]) -> bool:
     named = fields[1:] if fields[0] == "" else fields
     return len(named) >= 3 and named == [str(k) for k in range(len(named))]
-
-
-def _axes_for_counting(fields: list[str]) -> list[str]:
-    return [{"0": "x", "1": "y", "2": "z"}.get(field, field or "index") for field in fields]
 
 
 def _separator(text: str, forced: str, names: _Line | None) -> str:

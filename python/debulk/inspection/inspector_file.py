@@ -18,6 +18,7 @@ from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.far_place import NEAR, FarPlace
 from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.tracing import Given
+from debulk.results.record import Stored
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 
@@ -169,8 +170,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
                 _fail(path, f"{plain} is missing")
             continue
         value = found[plain]
-        fits = value.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, value.shape, strict=True))
-        if value.dtype.kind != kind or not fits:
+        if value.dtype.kind != kind or not Stored(value.dtype, *shape).fits(value.shape):
             _fail(path, f"{plain} is {value.dtype} {value.shape}")
     if ("fibre_angles" in found) != ("fibre_angles_grid" in found) or ("fibre_angles" in found) == (
         "fibre_angles_deg" in found

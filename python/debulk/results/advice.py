@@ -53,7 +53,7 @@ def advice(report: ReportData) -> list[Deed]:
     if report.verdict is Verdict.CEASE:
         return [Deed("draw the vacuum")]
     deeds = []
-    if level_off(report):
+    if report.verdict is Verdict.INVALID and report.level is not None and is_off(report.level, report.recipe):
         asked = [one.asks for one in report.findings if one.check == "level"] or [_LEVEL]
         return [Deed(asked[0]), Deed("then scan again: no pocket counts before the level is right")]
     pockets = [pocket for pocket in worst_first(report.pockets) if pocket.verdict is not Verdict.CEASE]
@@ -115,11 +115,6 @@ def _one_each_way(moves: tuple[Move, ...]) -> list[Move]:
         if way not in longest or move.length_mm > longest[way].length_mm:
             longest[way] = move
     return list(longest.values())
-
-
-def level_off(report: ReportData) -> bool:
-    """Tell whether the level rules out any verdict for the report."""
-    return report.verdict is Verdict.INVALID and report.level is not None and is_off(report.level, report.recipe)
 
 
 def is_off(level: Level, recipe: Mapping[str, Any]) -> bool:

@@ -80,7 +80,7 @@ def _encode(value: Any) -> Any:
     if value is None or isinstance(value, (bool, int, str)):
         return value
     if isinstance(value, float):
-        return float(value) if math.isfinite(value) else _odd_name(value)
+        return float(value) if math.isfinite(value) else "NaN" if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
     if isinstance(value, Grid):
         return _encode_grid(value)
     if isinstance(value, np.generic):
@@ -95,10 +95,6 @@ def _encode(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_encode(item) for item in value]
     raise InputError(f"a report cannot hold a {type(value).__name__}")
-
-
-def _odd_name(value: float) -> str:
-    return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
 
 
 def _encode_grid(grid: Grid) -> dict[str, Any]:

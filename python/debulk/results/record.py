@@ -25,6 +25,10 @@ class Stored:
         self.dtype: np.dtype[Any] = np.dtype(dtype)
         self.shape = shape
 
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Whether an array may have this shape."""
+        return len(shape) == len(self.shape) and all(w in (None, n) for w, n in zip(self.shape, shape, strict=True))
+
 
 # Record enforces these types and shapes, and the JSON codec reads them.
 Values = Annotated[NDArray[np.float64], Stored(np.float64, None)]
@@ -41,7 +45,20 @@ class Record:
     """A part of the results. Arrays are converted to the declared type, checked for shape, and made read-only."""
 
     def __post_init__(self) -> None:
-        _check_arrays(self)
+        kind: Any = self.__class__
+        for name, stored in _arrays(kind):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            values = np.asarray(value, dtype=stored.dtype)
+            if not isinstance(values.base, np.ndarray | None):  # the core owns it: a whole net would stay alive
+                values = values.copy()
+            view = values.view()
+            if not stored.fits(view.shape):
+                shape = ", ".join("n" if length is None else str(length) for length in stored.shape)
+                raise InputError(f"{name}: expected the shape ({shape}), got {view.shape}")
+            view.flags.writeable = False
+            object.__setattr__(self, name, view)
 
 
 class Versioned(Record):
@@ -55,34 +72,11 @@ class Versioned(Record):
             object.__setattr__(self, "version", __version__)
 
 
-def _check_arrays(record: Any) -> None:
-    """Convert a record's arrays to their declared types, check their shapes, and make them read-only."""
-    for name, stored in _arrays(record.__class__):
-        value = getattr(record, name)
-        if value is None:
-            continue
-        values = np.asarray(value, dtype=stored.dtype)
-        if not isinstance(values.base, np.ndarray | None):  # it would keep a whole net or solution of the core alive
-            values = values.copy()
-        view = values.view()
-        fits = view.ndim == len(stored.shape) and all(
-            want in (None, have) for want, have in zip(stored.shape, view.shape, strict=True)
-        )
-        if not fits:
-            raise InputError(f"{name}: expected the shape {_shape_text(stored.shape)}, got {view.shape}")
-        view.flags.writeable = False
-        object.__setattr__(record, name, view)
-
-
 @functools.cache
 def _arrays(kind: Any) -> tuple[tuple[str, Stored], ...]:
     """Names, types and shapes of a record's arrays."""
     found = ((name, stored_as(without_none(hint))) for name, hint in hints_of(kind).items())
     return tuple((name, stored) for name, stored in found if stored is not None)
-
-
-def _shape_text(shape: tuple[int | None, ...]) -> str:
-    return "(" + ", ".join("n" if length is None else str(length) for length in shape) + ")"
 
 
 @functools.cache

@@ -225,7 +225,6 @@ class Rectified:
     baseline_mm: float
     pixels: tuple[int, int]
     """Width and height of the left image."""
-    right_width: int
     rotation: Floats
     """(3, 3) x_rectified = rotation @ x_left: the frame of the cloud."""
     maps: tuple[Singles, Singles, Singles, Singles] = field(repr=False)
@@ -281,7 +280,6 @@ def _rectify(calibration: Calibration) -> Rectified:
         right_cx,
         float(-towards[0]),
         (width, height),
-        right_width,
         left_r,
         (maps[0], maps[1], maps[2], maps[3]),
     )

@@ -74,7 +74,8 @@ def place(
     first = [i for i, r in enumerate(recipes) if i == 0 or r.where == "edge"]
     near = [i for i, r in enumerate(recipes) if r.where == "near"]
     order = [*first, LONG_POCKET, *near]
-    order += sorted((i for i in range(len(recipes)) if i not in order), key=lambda i: -_foot_area(recipes[i], level))
+    feet = [recipe.area_cm2 / (cut_radius(recipe.peak_mm, level) or 1.0) ** 2 for recipe in recipes]
+    order += sorted((i for i in range(len(recipes)) if i not in order), key=lambda i: -feet[i])
     for _ in range(200):
         bells = _throw(rng, ply, recipes, order, level, thickness_mm)
         if bells is not None:
@@ -98,10 +99,6 @@ def _shape(recipe: Planned, level: float, thickness_mm: float, angle_deg: float)
     height = recipe.peak_mm - thickness_mm
     rho = cut_radius(height, level) or 1.0
     return Bell((0.0, 0.0), radii_for_area(100 * recipe.area_cm2, recipe.aspect, rho), angle_deg, height)
-
-
-def _foot_area(recipe: Planned, level: float) -> float:
-    return recipe.area_cm2 / (cut_radius(recipe.peak_mm, level) or 1.0) ** 2
 
 
 def _throw(

@@ -230,7 +230,7 @@ class Service:
         if reason := self._withdrawn.pop(job.id, self.closed):
             return refused(job, reason)
         given_up = threading.Event()
-        left = _patience_s(job) - job.seconds
+        left = (job.deadline_s or _LONGEST_S) + _LATE_S - job.seconds
         try:
             return await asyncio.wait_for(in_thread(self._inspected, job, given_up), max(left, _LATE_S))
         except TimeoutError:
@@ -279,7 +279,3 @@ class Service:
         before.set()
         for listener in self.on_change:
             listener(news)
-
-
-def _patience_s(job: Job) -> float:
-    return (job.deadline_s or _LONGEST_S) + _LATE_S

@@ -49,7 +49,7 @@ def result_data(result: Result, job: str, meas_id: str) -> Any:
 
     Its content is the evaluation (Int32), the verdict, the reason, and each entry of the checklist as text.
     """
-    began, ended = (_time(text) for text in (result.received_utc, result.finished_utc))
+    began, ended = (datetime.fromisoformat(text) for text in (result.received_utc, result.finished_utc))
     texts = [result.verdict, result.reason, *map(str, result.do)]
     return ua.ResultDataType(
         ResultId=ua.ResultIdDataType(Id=result.id),
@@ -69,7 +69,3 @@ def result_data(result: Result, job: str, meas_id: str) -> Any:
             *(ua.Variant(text, ua.VariantType.String) for text in texts),
         ],
     )
-
-
-def _time(text: str) -> datetime:
-    return datetime.fromisoformat(text)
