@@ -17,7 +17,7 @@ import numpy as np
 from cases import Case, make, truly
 
 import debulk
-from debulk.inspection.ply.fibre_runs import friction_length
+from debulk.inspection.ply.fibre_runs import draw_length
 
 PIXELS = (1280, 960)
 NEAR_MM = 0.05  # a true ridge this near to the limit may fall on either side
@@ -50,7 +50,7 @@ def measured(given: object, recipe: debulk.Recipe) -> tuple[float, float, float]
         inspector.ply_outline,
         thickness_mm=recipe.material.thickness_mm,
         mold_tol_mm=feet.mold_tol_mm,
-        draw_mm=friction_length(recipe),
+        draw_mm=draw_length(recipe),
         hold_mm=recipe.net.free_edge_mm,
     ).runs
     held = runs[runs.held]

@@ -80,6 +80,16 @@ def test_less_friction_parts_less():
     assert [p.verdict for p in report.pockets] == [Verdict.UNDECIDED] * 2
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"material": {"young_mpa": 0.36}}, {"loads": {"pressure_mpa": 1.0}}, {"material": {"friction": 4.0}}]
+)  # GPa, bar, a point too far right
+def test_no_unit_of_the_recipe_parts_what_an_edge_would_let_go(wrong):
+    assert friction_length(Recipe(**wrong)) < 10.0
+    report = inspect(bells((0.0, 0.0), (105.0, 0.0)), **wrong)
+    assert [p.verdict for p in report.pockets] == [Verdict.UNDECIDED] * 2
+    assert "more than 20 mm of flat ply" in report.pockets[0].reason
+
+
 def test_the_papers_criterion_knows_no_excess():
     scan = bells((0.0, 0.0), (105.0, 0.0))
     assert all(p.verdict is p.paper_verdict for p in inspect(scan, verdict={"criterion": "paper"}).pockets)

@@ -13,7 +13,7 @@ import numpy as np
 
 from debulk.inspection.find.found import FoundPocket, runs_over
 from debulk.inspection.ply import excess
-from debulk.inspection.ply.fibre_runs import ScanRuns, friction_length
+from debulk.inspection.ply.fibre_runs import ScanRuns, draw_length
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.finding import Finding
 from debulk.results.number import HIGHEST_MM
@@ -78,7 +78,7 @@ def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMo
 
 
 def _reason(over: str, length_mm: float, ridge_mm: float, ply: PlyOnMold) -> str:
-    limit_mm, draw_mm = ply.recipe.verdict.max_ridge_mm, friction_length(ply.recipe)
+    limit_mm, draw_mm = ply.recipe.verdict.max_ridge_mm, draw_length(ply.recipe)
     longer = f"a fibre over {over} is up to {length_mm:.2f} mm longer than the mold: a ridge of up to {ridge_mm:.2f} mm"
     if ridge_mm > HIGHEST_MM:
         longer = f"nothing bounds how much longer than the mold a fibre over {over} is: a ridge of any height"

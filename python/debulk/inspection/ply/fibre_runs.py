@@ -96,7 +96,7 @@ class PlyFibres:
         self, reference: Reference, ply_outline: Floats | None, fibre_angles_deg: Floats | Grid, recipe: Recipe
     ) -> None:
         self._reference, self._recipe = reference, recipe
-        self._draw_mm = friction_length(recipe)
+        self._draw_mm = draw_length(recipe)
         wanted = options.fibre_lines(recipe, self._draw_mm)
         self._lines = fibre.lines_over(fibre_angles_deg, ply_outline, reference.box_mm, wanted, _core.Stop())
 
@@ -126,3 +126,12 @@ def friction_length(recipe: Recipe) -> float:
     natural_mm = natural_length(material.young_mpa, material.thickness_mm, pressure_mpa)
     held_mm = max(excess.of_ridge(recipe.verdict.max_ridge_mm, recipe), 1e-3 * natural_mm)
     return SMALL_FORCE * natural_mm / material.friction * math.pow(held_mm / natural_mm, -2 / 7)
+
+
+def draw_length(recipe: Recipe) -> float:
+    """Return the length of flat ply, mm, from which one fold may draw.
+
+    It is at least what an edge lets go, which is the same slip: else a modulus in GPa or a pressure in bar would part
+    what creases together.
+    """
+    return max(friction_length(recipe), recipe.net.free_edge_mm)
