@@ -29,10 +29,16 @@ VERDICTS = ("CEASE", "CREASE", "UNDECIDED", "INVALID", "refused", "crashed")
 
 
 def bump(x, y, high, cx, cy, a, b, turn, kind):
-    """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, or a flat top."""
+    """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, a flat top, or a tent."""
     c, s = np.cos(turn), np.sin(turn)
     r2 = np.minimum(((c * (x - cx) + s * (y - cy)) / a) ** 2 + ((c * (y - cy) - s * (x - cx)) / b) ** 2, 1.0)
-    return high * {"bell": np.cos(np.pi / 2 * np.sqrt(r2)) ** 2, "cap": 1 - r2, "top": (1 - r2**2) ** 2}[kind]
+    shape = {
+        "bell": lambda: np.cos(np.pi / 2 * np.sqrt(r2)) ** 2,
+        "cap": lambda: 1 - r2,
+        "top": lambda: (1 - r2**2) ** 2,
+        "tent": lambda: (1 - np.sqrt(r2)) ** 2,
+    }
+    return high * shape[kind]()
 
 
 @dataclass
@@ -112,6 +118,11 @@ def plain(rng, **given):
 
 def small(rng):
     return plain(rng, bumps=list(some(rng, (7, 11), 1)))
+
+
+def tents(rng):
+    """Over a crumb: a tip sharper than the ply can bend to."""
+    return plain(rng, bumps=[(*one[:-1], "tent") for one in some(rng, (8, 20), 1)])
 
 
 def bridge(rng):
@@ -665,6 +676,7 @@ def before_debulk(rng, part):
 CLASSES: dict[str, tuple[Callable, Callable, bool]] = {  # part, chain, whether the class is right
     "plain": (plain, scans, True),
     "small bumps": (small, scans, True),
+    "tents": (tents, scans, True),
     "small bumps, 2 mm": (small, partial(scans, dx=2.0, dy=2.0, jitter=0.3), True),
     "fibres turned": (lambda rng: plain(rng, angles=(30.0, 75.0)), scans, True),
     "bridge in a corner": (bridge, scans, True),
