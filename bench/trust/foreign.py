@@ -29,7 +29,7 @@ VERDICTS = ("CEASE", "CREASE", "UNDECIDED", "INVALID", "refused", "crashed")
 
 
 def bump(x, y, high, cx, cy, a, b, turn, kind):
-    """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, a flat top, or a tent."""
+    """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, a flat top, a tent."""
     c, s = np.cos(turn), np.sin(turn)
     r2 = np.minimum(((c * (x - cx) + s * (y - cy)) / a) ** 2 + ((c * (y - cy) - s * (x - cx)) / b) ** 2, 1.0)
     shape = {
