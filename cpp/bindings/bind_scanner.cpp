@@ -7,6 +7,7 @@
 #include "debulk/scanner/decode.hpp"
 #include "debulk/scanner/lens_blur.hpp"
 #include "debulk/scanner/neighbours.hpp"
+#include "debulk/scanner/row_shift.hpp"
 #include "debulk/scanner/sensor_noise.hpp"
 #include "debulk/scanner/stereo.hpp"
 #include "debulk/scanner/unwrap_plan.hpp"
@@ -143,6 +144,23 @@ PhaseView view_of(const py::tuple& parts, const char* name) {
   return view;
 }
 
+// parts: (modulation, exposure, brightness, map_x, map_y)
+SeenTexture texture_of(const py::tuple& parts, py::ssize_t height, const char* name) {
+  require(parts.size() == 5, name, "modulation, exposure, brightness, map_x and map_y", parts.size());
+  const py::array modulation = py::cast<py::array>(parts[0]), map = py::cast<py::array>(parts[3]);
+  require(modulation.ndim() == 2 && map.ndim() == 2, name, "(H, W) arrays", shape_of(map));
+  const std::vector<py::ssize_t> shape = {modulation.shape(0), modulation.shape(1)};
+  SeenTexture seen;
+  seen.height = static_cast<int>(shape[0]), seen.width = static_cast<int>(shape[1]);
+  seen.modulation = target<float>(parts[0], shape, name), seen.exposure = target<std::uint8_t>(parts[1], shape, name);
+  seen.brightness = py::cast<std::vector<float>>(parts[2]);
+  const py::ssize_t width = map.shape(1);
+  seen.rectified_width = static_cast<int>(width);
+  seen.map_x = target<float>(parts[3], {height, width}, name), seen.map_y = target<float>(parts[4], {height, width}, name);
+  require(seen.exposure && seen.map_x && seen.map_y, name, "maps", "None");
+  return seen;
+}
+
 }  // namespace
 
 void bind_scanner(py::module_ m) {
@@ -266,6 +284,31 @@ void bind_scanner(py::module_ m) {
       },
       py::arg("left"), py::arg("right"), py::arg("geometry"), py::arg("maps"), py::kw_only(), py::arg("threads"), py::arg("widest"),
       py::arg("stop"));
+
+  m.def(
+      "row_shifts",
+      [](const std::vector<std::pair<int, int>>& places, int step, const Plane& points, double depth_px, double shift,
+         const py::tuple& left, const py::tuple& right, int threads, const Stop& stop) {
+        require(points.ndim() == 3 && points.shape(2) == 3, "points", "an (H, W, 3) array", shape_of(points));
+        const py::ssize_t height = points.shape(0), width = points.shape(1);
+        const RowMatches matches{points.data(), static_cast<int>(width), static_cast<int>(height), static_cast<float>(depth_px),
+                                 static_cast<float>(shift)};
+        const SeenTexture from_left = texture_of(left, height, "left"), from_right = texture_of(right, height, "right");
+        std::vector<PatchPlace> at;
+        for (const auto& [column, row] : places) at.push_back({column, row});
+        std::vector<RowShift> found;
+        {
+          py::gil_scoped_release release;
+          found = row_shifts(at, step, matches, from_left, from_right, threads, stop);
+        }
+        py::list result;
+        for (const RowShift& one : found) result.append(py::make_tuple(one.textured, one.correlation, one.rows));
+        return result;
+      },
+      py::arg("places"), py::arg("step"), py::arg("points").noconvert(), py::arg("depth_px"), py::arg("shift"), py::arg("left"),
+      py::arg("right"), py::kw_only(), py::arg("threads"), py::arg("stop"),
+      "Whether the patch round each place (column, row) has texture, its best correlation, and the rows between the images there.");
+  m.attr("patch_half") = patch_half, m.attr("row_reach") = row_reach;
 }
 
 }  // namespace debulk

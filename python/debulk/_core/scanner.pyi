@@ -10,6 +10,10 @@ from debulk._core import Stop
 
 _Image = NDArray[np.uint8] | NDArray[np.uint16]
 _Planes = tuple[NDArray[np.float32], NDArray[np.float32] | None, NDArray[np.uint8]]
+_Texture = tuple[NDArray[np.float32], NDArray[np.uint8], Sequence[float], NDArray[np.float32], NDArray[np.float32]]
+
+patch_half: int
+row_reach: int
 
 def check_neighbours(
     phase: NDArray[np.float32], order_step: float, threads: int, widest: int, stop: Stop
@@ -39,6 +43,18 @@ def match(
     widest: int,
     stop: Stop,
 ) -> dict[str, int]: ...
+def row_shifts(
+    places: Sequence[tuple[int, int]],
+    step: int,
+    points: NDArray[np.float32],
+    depth_px: float,
+    shift: float,
+    left: _Texture,
+    right: _Texture,
+    *,
+    threads: int,
+    stop: Stop,
+) -> list[tuple[bool, float, float]]: ...
 def sensor_noise(
     images: Sequence[_Image], exposures: int, steps: int, saturated: float, threads: int, stop: Stop
 ) -> tuple[float, float]: ...

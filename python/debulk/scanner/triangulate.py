@@ -156,10 +156,10 @@ def triangulate_into(
     counts = run(*views)
     epipolar = None
     if isinstance(left, Phase) and isinstance(right, Phase):
-        epipolar, complaint = judge_rows(points, left, right, rectified)
+        epipolar, complaint = judge_rows(points, left, right, rectified, threads, stop)
         if complaint:
             run(_view(right, "right", rectified.maps[:2]), _view(left, "left", rectified.maps[2:]))
-            exchanged, still = judge_rows(points, right, left, rectified)
+            exchanged, still = judge_rows(points, right, left, rectified, threads, stop)
             if not still and np.isfinite(exchanged.error_px):
                 complaint = "the two cameras' images are exchanged"
             raise InputError(f"left, right: {complaint}")
