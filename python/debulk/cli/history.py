@@ -90,7 +90,7 @@ def get(
     found = there.comparison(record) if there.kind(record) == "comparison" else there.report(record)
     for path in output:
         found.save(path)
-    written(*output)
+        written(path)
 
 
 def add(

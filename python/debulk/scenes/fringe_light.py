@@ -95,7 +95,7 @@ def reflectance(
         gloss += share * np.maximum(1.0 - off * off, 0.0) ** (0.5 * _GLOSS_POWER)
     carbon = _DIFFUSE * (1 + 0.25 * stain) * facing + _GLOSS * gloss**1.5 * facing
     bare = np.where(mold.inside(x, y), 0.30, 0.18) * (1 + 0.08 * stain) * facing
-    return np.asarray(np.where(on_ply, carbon, bare))
+    return np.asarray(np.maximum(np.where(on_ply, carbon, bare), 0.0))  # a stain has no lower bound
 
 
 def _unit(v: Floats) -> Floats:

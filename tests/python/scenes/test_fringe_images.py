@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from debulk import InputError, scenes
+from debulk.scenes.fringe_light import Texture
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +68,13 @@ def test_reflectances_spread_widely_and_highlights_move(images):
     assert (images.left[1].max(axis=0) == 255).mean() > 0.01
     both = [side[1].max(axis=0)[60:180, 60:260].astype(float) for side in (images.left, images.right)]
     assert np.corrcoef(both[0].ravel(), both[1].ravel())[0, 1] < 0.9
+
+
+def test_the_darkest_stain_reflects_nothing_and_not_less(layup, monkeypatch):
+    darkest = Texture(np.tile([0.0, 0.0, np.pi], (16, 1)))  # 5.7 deviations below the mean
+    monkeypatch.setattr(Texture, "drawn", lambda rng: darkest)
+    dark = scenes.fringe_images(layup, pixels=(160, 120))
+    assert np.mean(dark.left[0] <= 1) > 0.2  # and no noise was drawn from less than no light, a warning of NumPy
 
 
 def test_twelve_bits(layup):
