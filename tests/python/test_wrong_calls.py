@@ -35,6 +35,13 @@ CALLS = {
         (lambda: debulk.section.fold(0.5, 20.0, recipe="x"), "'x'"),
         (lambda: debulk.Inspector.load("i.npz", recipe=3), "got 3"),
     ],
+    "material.young_mpa, loads.pressure_mpa": [
+        (lambda: inspector(recipe=debulk.Recipe(material={"young_mpa": 0.36})), "0.36 MPa under 0.1 MPa"),
+        (
+            lambda: inspector(recipe=debulk.Recipe(material={"young_mpa": 3.6}, loads={"pressure_mpa": 1.0})),
+            "not GPa or bar",
+        ),
+    ],
     "reference": [
         (lambda: inspector(None), "got None"),
         (lambda: inspector("ref.pcd"), "'ref.pcd'; debulk.files.load_cloud"),

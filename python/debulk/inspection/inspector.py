@@ -167,6 +167,7 @@ class Inspector:
         self.history = history_of(history)
         self._approved = None if approved is None else approvals(approved)
 
+        inputs.check_sheet(recipe)
         check_solves(recipe)
         preparation = Cycle(progress=progress)
         if not isinstance(reference, Prepared):

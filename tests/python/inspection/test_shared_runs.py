@@ -81,8 +81,8 @@ def test_less_friction_parts_less():
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"material": {"young_mpa": 0.36}}, {"loads": {"pressure_mpa": 1.0}}, {"material": {"friction": 4.0}}]
-)  # GPa, bar, a point too far right
+    "wrong", [{"material": {"young_mpa": 3.6}}, {"loads": {"pressure_mpa": 1.0}}, {"material": {"friction": 4.0}}]
+)  # two points too far left, bar, a point too far right
 def test_no_unit_of_the_recipe_parts_what_an_edge_would_let_go(wrong):
     assert friction_length(Recipe(**wrong)) < 10.0
     report = inspect(bells((0.0, 0.0), (105.0, 0.0)), **wrong)

@@ -11,6 +11,7 @@ from debulk import arrays
 from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.arrays import Floats
+from debulk.recipe import Recipe
 
 Kept = TypeVar("Kept", bound=np.generic)
 
@@ -20,6 +21,20 @@ def kept(array: NDArray[Kept]) -> NDArray[Kept]:
     own = array.copy()
     own.flags.writeable = False
     return own
+
+
+def check_sheet(recipe: Recipe) -> None:
+    """Refuse a ply that is no sheet: the vacuum would fold it more sharply than it is thick.
+
+    Its natural length (E t³ / 12 P)^(1/3) is then less than its thickness. Prepreg at room temperature has tens to
+    hundreds of MPa.
+    """
+    young_mpa, pressure_mpa = recipe.material.young_mpa, recipe.loads.pressure_mpa
+    if young_mpa < 12 * pressure_mpa:
+        raise InputError(
+            f"material.young_mpa, loads.pressure_mpa: a ply of {young_mpa:g} MPa under {pressure_mpa:g} MPa would fold "
+            "more sharply than it is thick; both are in MPa, not GPa or bar"
+        )
 
 
 def outline(value: ArrayLike | None) -> Floats | None:
