@@ -46,13 +46,16 @@ class Ply(NamedTuple):
 
 
 def page(layups: Sequence[Layup]) -> str:
-    """Return the page of the layups of a stack, in their order, or in that of the numbers "ply" of their contexts."""
+    """Return the page of the layups of a stack, in their order, or in that of the numbers "ply" of their contexts.
+
+    Those of several parts come part by part.
+    """
     for layup in layups:
         check_drawable(layup.report)
     parts = sorted({text for layup in layups if (text := context_text(layup.report, "part"))})
     numbers = {id(layup): _ply_number(layup) for layup in layups}
     ordered = list(layups) if None in numbers.values() else sorted(layups, key=lambda one: numbers[id(one)] or 0.0)
-    ordered.sort(key=lambda one: context_text(one.report, "part"))  # ply by ply of each part
+    ordered.sort(key=lambda one: context_text(one.report, "part"))
     share = max(_MAX_PNG_BYTES // len(ordered), 40_000)
     wrong = references(ordered)
     plies = [_ply(k, layup, share, wrong[k - 1], len(parts) > 1) for k, layup in enumerate(ordered, start=1)]
