@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import laid_ply
-from debulk import _core
+from debulk import _core, inspect
 from debulk.inspection.evaluate.evaluation import evaluate
 from debulk.page.report import page
 from debulk.recipe import Recipe
@@ -17,6 +17,7 @@ from debulk.results.edge_friction import EdgeEnd, EdgeFriction, edge_friction_li
 from debulk.results.finding import Finding
 from debulk.results.report_text import table
 from debulk.verdict import Verdict
+from lab.third.scene import scene as third_scene
 
 HELD_RIM = "a held rim of pockets at the ply's edge"
 
@@ -130,3 +131,13 @@ def test_an_end_without_a_certified_minimum_is_said():
         "lies at the ply's edge: with 1 free node of its rim slipping CEASE, ridge 0.10 to 0.25 mm, with them held "
         "UNDECIDED, no certified minimum"
     )
+
+
+def test_a_fibre_whose_end_was_not_seen_may_be_held_though_the_net_at_the_edge_passes_it():
+    given = third_scene(8248)  # a bump 7 mm wide along the edge: a fibre that is held makes a ridge of 0.74 mm
+    assert given.kind == "at the edge" and given.truth.held_mm > 0.7
+    recipe = Recipe(material={"thickness_mm": given.thickness_mm})
+    angles = (given.fibre_deg, given.fibre_deg + 90)
+    report = inspect(given.scan, given.reference, recipe, given.outline, angles, given.mold_from_scanner)
+    assert report.verdict is Verdict.UNDECIDED
+    assert "a fibre that may be held at both ends" in report.reason

@@ -144,14 +144,16 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
     if away_mm > _SLIP_LENGTHS * slip_mm:
         what = f"its net is free at an edge of the ply {away_mm:.0f} mm away, and a ply slips by some {slip_mm:g} mm"
         return Reason(f"{what}: {round_it}", _LAY_DOWN)
-    # A net at the edge may let a fibre that is held at both ends bow sideways to where the ply is free. It is not known
-    # whether friction allows that.
+    # A net at the edge may let a fibre that no end frees bow sideways to where the ply is free. It is not known whether
+    # friction allows that.
     runs, limits = found.excess, ply.recipe.verdict
-    held_mm = 0.0 if runs is None else excess.upper_mm(runs[runs.held])
+    held_mm = 0.0 if runs is None else excess.upper_mm(runs[excess.bound(runs)])
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > options.counts_from_mm(ply.recipe):
         side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
+        assert runs is not None
+        holds = "is" if held_mm == excess.upper_mm(runs[runs.held]) else "may be"
         what = (
-            f"a fibre that is held at both ends is up to {held_mm:.2f} mm longer than the mold, a ridge of "
+            f"a fibre that {holds} held at both ends is up to {held_mm:.2f} mm longer than the mold, a ridge of "
             f"{ridge_mm:.2f} mm {side} the limit of {limits.max_ridge_mm:.2f} mm unless it moves sideways to the ply's "
             "edge"
         )
