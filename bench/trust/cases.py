@@ -123,7 +123,7 @@ class Outcome:
     @property
     def closes(self) -> bool:
         """Return whether nothing is wrong, and every held excess and every bridge stay clear of the limit."""
-        return self.good and self.true_mm < Recipe().verdict.max_ridge_mm - MARGIN_MM
+        return self.clear and self.true_mm < Recipe().verdict.max_ridge_mm
 
     @property
     def false_crease(self) -> bool:

@@ -32,13 +32,8 @@ def bump(x, y, high, cx, cy, a, b, turn, kind):
     """A bump on an ellipse with the half widths a and b: a bell, a cap with a kink at its foot, a flat top, a tent."""
     c, s = np.cos(turn), np.sin(turn)
     r2 = np.minimum(((c * (x - cx) + s * (y - cy)) / a) ** 2 + ((c * (y - cy) - s * (x - cx)) / b) ** 2, 1.0)
-    shape = {
-        "bell": lambda: np.cos(np.pi / 2 * np.sqrt(r2)) ** 2,
-        "cap": lambda: 1 - r2,
-        "top": lambda: (1 - r2**2) ** 2,
-        "tent": lambda: (1 - np.sqrt(r2)) ** 2,
-    }
-    return high * shape[kind]()
+    r = np.sqrt(r2)
+    return high * {"bell": np.cos(np.pi / 2 * r) ** 2, "cap": 1 - r2, "top": (1 - r2**2) ** 2, "tent": (1 - r) ** 2}[kind]
 
 
 @dataclass

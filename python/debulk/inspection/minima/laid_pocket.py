@@ -147,10 +147,11 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
     # A net at the edge may let a fibre that no end frees bow sideways to where the ply is free. It is not known whether
     # friction allows that.
     runs, limits = found.excess, ply.recipe.verdict
-    held_mm = 0.0 if runs is None else excess.upper_mm(runs[excess.bound(runs)])
+    if runs is None:
+        return None
+    held_mm = excess.upper_mm(runs[excess.bound(runs)])
     if (ridge_mm := excess.ridge_of(held_mm, ply.recipe)) > options.counts_from_mm(ply.recipe):
         side = "above" if ridge_mm > limits.max_ridge_mm else f"within {limits.ridge_margin_mm:.2f} mm of"
-        assert runs is not None
         holds = "is" if held_mm == excess.upper_mm(runs[runs.held]) else "may be"
         what = (
             f"a fibre that {holds} held at both ends is up to {held_mm:.2f} mm longer than the mold, a ridge of "
