@@ -33,7 +33,8 @@ def bump(x, y, high, cx, cy, a, b, turn, kind):
     c, s = np.cos(turn), np.sin(turn)
     r2 = np.minimum(((c * (x - cx) + s * (y - cy)) / a) ** 2 + ((c * (y - cy) - s * (x - cx)) / b) ** 2, 1.0)
     r = np.sqrt(r2)
-    return high * {"bell": np.cos(np.pi / 2 * r) ** 2, "cap": 1 - r2, "top": (1 - r2**2) ** 2, "tent": (1 - r) ** 2}[kind]
+    shapes = {"bell": np.cos(np.pi / 2 * r) ** 2, "cap": 1 - r2, "top": (1 - r2**2) ** 2, "tent": (1 - r) ** 2}
+    return high * shapes[kind]
 
 
 @dataclass
