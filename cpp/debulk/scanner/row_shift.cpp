@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "debulk/core/error.hpp"
+#include "debulk/core/median.hpp"
 #include "debulk/core/parallel.hpp"
 
 namespace debulk {
@@ -74,8 +75,7 @@ bool matched_columns(const PatchPlace& place, int step, const RowMatches& matche
   }
   if (static_cast<double>(known.size()) < least_seen * pixels) return false;
   const std::size_t half = known.size() / 2;
-  std::nth_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(half), known.end());
-  float median = known[half];
+  float median = select(known, half);
   if (known.size() % 2 == 0) median = 0.5f * (median + *std::max_element(known.begin(), known.begin() + static_cast<std::ptrdiff_t>(half)));
   for (int i = 0; i < pixels; ++i) {
     float& column = columns[static_cast<std::size_t>(i)];
