@@ -182,6 +182,19 @@ def test_a_row_along_the_plys_edge_is_held_at_its_ends():
     assert report.reason.startswith("a fibre over the ply from ")
 
 
+def test_a_row_beside_what_nobody_saw_may_be_held_there():
+    """Without an outline nobody knows whether the ply ends in the strip that was not seen."""
+    of, layup = laid_ply.inspector(), laid_ply.layup()
+    x = layup.ply_outline[:, 0].max() - 13.0
+    scan = laid_ply.scan(lambda u, v: sum(laid_ply.bell(x0, 0.0, *ROW_MM)(u, v) for x0 in (x - 30.0, x)))
+    pose = layup.mold_from_scanner
+    at = scan @ pose[:3, :3].T.astype(np.float32) + pose[:3, 3]
+    scan[(at[..., 0] > x + 10.0) & (np.abs(at[..., 1]) < 8.0)] = np.nan
+    report = Inspector(Recipe(), of.prepared, None, (0, 90), of.mold_from_scanner).inspect(scan)
+    assert report.verdict is Verdict.UNDECIDED
+    assert re.match(r"a fibre over the ply from .*, where no pocket is, is up to 1\.\d\d mm longer", report.reason)
+
+
 @pytest.mark.parametrize("other", [(55.0, 0.0), (20.0, 24.0)], ids=["33 mm away", "not on its fibres"])
 def test_bumps_apart_are_passed(other):
     report = bumps_alone((0.0, 0.0), other)

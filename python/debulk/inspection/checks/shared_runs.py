@@ -58,11 +58,11 @@ def _bumps_on(worst: int, found: FoundPocket, pockets: Sequence[FoundPocket]) ->
 
 
 def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMold) -> list[Finding]:
-    """Judge the runs that cross no judged pocket: UNDECIDED for each place whose ridge may exceed the limit."""
+    """Judge the runs over no judged pocket that no end frees: UNDECIDED for each place whose ridge may be too high."""
     if runs is None or ply.recipe.verdict.criterion != "excess":
         return []
     every, limit_mm = runs.runs, ply.recipe.verdict.max_ridge_mm
-    left = np.setdiff1d(np.flatnonzero(every.held), runs_over(pockets))
+    left = np.setdiff1d(np.flatnonzero(excess.bound(every)), runs_over(pockets))
     judged: list[Finding] = []
     named_mm = np.zeros((0, 2))
     for k, ridge_mm in excess.above_limit(excess.most_mm(every)[left], ply.recipe):

@@ -116,7 +116,7 @@ def _why(place: FoundPocket, own: FibreRuns, ply: PlyOnMold, stop: _core.Stop) -
     recipe = ply.recipe
     counts_mm = _counts_from_mm(recipe)
     if not place.foot.closed:
-        seen_mm = float(own.excess_mm[own.held].max(initial=0.0))
+        seen_mm = float(own.excess_mm[excess.bound(own)].max(initial=0.0))
         longer = f"what was seen of a fibre over it is {seen_mm:.2f} mm longer than the mold, and its foot is open"
         return longer if excess.ridge_of(seen_mm, recipe) >= counts_mm else ""
     try:

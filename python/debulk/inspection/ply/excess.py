@@ -29,9 +29,13 @@ class Limits:
     # virtual layups has 28.6 degrees or less, but for one with 34.
     steepest_deg: float = 30.0
 
+    @property
+    def per_mm(self) -> float:
+        """Excess of a bell with such flanks per mm of its width: half the mean of its squared slopes."""
+        return math.tan(math.radians(self.steepest_deg)) ** 2 / 4
+
 
 LIMITS = Limits()
-_PER_MM = math.tan(math.radians(LIMITS.steepest_deg)) ** 2 / 4  # half the mean of the squared slopes of such a bell
 
 LEAST_ERROR_MM = 0.04  # of a fibre's length; a ridge is half as high as its excess is long
 
@@ -112,12 +116,12 @@ def above_limit(excess_mm: Floats, recipe: Recipe) -> Iterator[tuple[int, float]
 
 def hidden_mm(wide_mm: float) -> float:
     """Return the excess of the steepest bell that a place so wide can hide, its foot at the place's rim."""
-    return _PER_MM * wide_mm
+    return LIMITS.per_mm * wide_mm
 
 
 def harmless_mm2(recipe: Recipe) -> float:
     """Return the area of the largest round place that hides no ridge above the limit."""
-    return math.pi / 4 * (of_ridge(recipe.verdict.max_ridge_mm, recipe) / _PER_MM) ** 2
+    return math.pi / 4 * (of_ridge(recipe.verdict.max_ridge_mm, recipe) / LIMITS.per_mm) ** 2
 
 
 def _standing(excess_mm: float, recipe: Recipe) -> float:
