@@ -201,15 +201,16 @@ def calibrate(
     settings = Recipe() if recipe is None else Recipe.load(recipe)
     ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
     found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
-    if output is not None and found.limit_mm:
-        write_text(output, found.proposed(settings).to_toml())
     if as_json:
         print_json(json_of(found))
     else:
         print(text(found))
-        written(output if found.limit_mm else None)
-    if output is not None and not found.limit_mm:
-        raise InputError(f"{output}: not written: by these outcomes no ridge is worth passing")
+    if output is not None:
+        try:
+            write_text(output, found.proposed(settings).to_toml())
+        except InputError as error:
+            raise InputError(f"{output}: not written: {error}") from None
+        written(None if as_json else output)
 
 
 def _there(path: Path) -> Path:

@@ -95,7 +95,7 @@ class OutcomeRow:
     """What became of a pocket: `source` is "scan" for a comparison and "operator" for somebody's word.
 
     `report` is the record of the pocket's report; `predicted` and `ridge_mm` are of that report, `measured`, `peak_mm`
-    and `share` (of the pocket's area that was seen) of what came after.
+    (what may stand there) and `share` (of the pocket's area that was seen) of what came after.
     """
 
     record: int
@@ -199,7 +199,7 @@ def of_comparison(record: int, report: int, comparison: ComparisonData) -> list[
     """Return the rows of a comparison: what became of each pocket of a report."""
     return [
         OutcomeRow(
-            record, report, p.id, "scan", p.predicted.name, p.measured.name, p.predicted_ridge_mm, p.measured_peak_mm,
+            record, report, p.id, "scan", p.predicted.name, p.measured.name, p.predicted_ridge_mm, p.may_stand_mm,
             p.measured_share,
         )
         for p in comparison.pockets

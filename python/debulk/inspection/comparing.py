@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
+from debulk.inspection.hidden_ridge import Hidden
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.reference.prepared import Prepared
@@ -25,13 +27,25 @@ from debulk.results.report import FORMAT
 from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
-_PEAK_CELLS = 5  # width of the median before a peak is read: short runs of flying pixels survive a smaller one
+_PEAK_CELLS = 5  # width of the median before what surely stands is read: runs of flying pixels survive a smaller one
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
+_PEAK_SPREAD = 6.0  # or, where the noise of neighbours is alike, by so many median deviations: four sigma
 
 
-def compared(report: Report, heights: surface.HeightMap, recipe: Recipe, trace: Trace | None = None) -> Comparison:
-    """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured."""
-    limits = recipe.verdict
+def compared(
+    report: Report,
+    heights: surface.HeightMap,
+    recipe: Recipe,
+    trace: Trace | None = None,
+    pitch_mm: float = 0.0,
+    blur_mm2: float = 0.0,
+) -> Comparison:
+    """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured.
+
+    The points of the scan lie `pitch_mm` apart, if that is more than a cell, and `blur_mm2` is the variance by which
+    gridding blurred them.
+    """
+    limits, hidden = recipe.verdict, Hidden(recipe, max(heights.spacing_mm, pitch_mm), blur_mm2)
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
     peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
@@ -43,7 +57,7 @@ def compared(report: Report, heights: surface.HeightMap, recipe: Recipe, trace: 
         inside = pocket.inside_outline(known.outline_mm, filtered)
         between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
-        measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe)
+        measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -98,6 +112,14 @@ def of_another_scan(
     return made
 
 
+def blur_mm2(points: NDArray[np.float32], cell_mm: float, pitch_mm: float) -> float:
+    """Return the variance by which a cloud's gridding blurs it (`cpp/debulk/surface/gridding.hpp`).
+
+    An image is averaged over a cell, a list by planes through all points within two pitches.
+    """
+    return cell_mm**2 / 12 if points.ndim == 3 else max(cell_mm, 2 * pitch_mm) ** 2 / 8
+
+
 def pressed(report: Report, setup: Setup, prepared: Prepared) -> Setup:
     """Return the setup of a report's ply that debulking has pressed to its consolidated thickness."""
     thin = replace(prepared, thickness_mm=setup.recipe.material.consolidated_mm)
@@ -119,7 +141,8 @@ def _measure(
     filtered: surface.HeightMap,
     peaks: surface.HeightMap,
     recipe: Recipe,
-) -> tuple[Verdict, str, dict[str, float]]:
+    hidden: Hidden,
+) -> tuple[Verdict, str, dict[str, Any]]:
     """Return the outcome of one pocket, the reason, and its figures."""
     limits = recipe.verdict
     seen = inside & np.isfinite(filtered.values)
@@ -128,20 +151,33 @@ def _measure(
         reason = f"only {100 * share:.0f} % of it was seen, limit {100 * limits.min_pocket_coverage:.0f} %"
         return Verdict.INVALID, reason, {"measured_share": share}
     rms = float(np.sqrt(np.mean(filtered.values[seen].astype(np.float64) ** 2)))
-    peak = float(peaks.values[seen].max())
-    noise = _noise(inside, heights)
-    figures = {"measured_rms_mm": rms, "measured_peak_mm": peak, "noise_mm": noise, "measured_share": share}
-    if rms > limits.max_rms_mm:
-        return Verdict.CREASE, f"RMS {rms:.3f} mm exceeds the limit of {limits.max_rms_mm:.2f} mm", figures
-    if peak > limits.max_ridge_mm + _PEAK_NOISE * noise:
-        return Verdict.CREASE, f"peak {peak:.2f} mm exceeds the limit of {limits.max_ridge_mm:.2f} mm", figures
-    if peak > limits.max_ridge_mm:
-        return Verdict.UNDECIDED, f"peak {peak:.2f} mm within the noise of its limit", figures
-    return Verdict.CEASE, f"RMS {rms:.3f} mm and peak {peak:.2f} mm within their limits", figures
-
-
-def _noise(inside: NDArray[np.bool_], heights: surface.HeightMap) -> float:
+    smooth = peaks.values[seen]
+    peak = float(smooth.max())
     rows, columns = (np.flatnonzero(inside.any(axis=k)) for k in (1, 0))
     window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
     noise = pocket.height_noise(Grid(heights.values[window], heights.origin_mm, heights.spacing_mm))
-    return noise if math.isfinite(noise) else 0.0
+    noise = noise if math.isfinite(noise) else 0.0
+    spread = float(np.median(np.abs(smooth - np.median(smooth))))
+    low = peak - max(_PEAK_NOISE * noise, _PEAK_SPREAD * spread)
+    high = max(peak, hidden.highest_mm(heights.values[window], peaks.values[window], inside[window]))
+    figures = {
+        "measured_rms_mm": rms,
+        "measured_peak_mm": peak,
+        "measured_peak_range_mm": (low, high),
+        "noise_mm": noise,
+        "measured_share": share,
+    }
+    limit = limits.max_ridge_mm
+    if rms > limits.max_rms_mm:
+        return Verdict.CREASE, f"RMS {rms:.3f} mm exceeds the limit of {limits.max_rms_mm:.2f} mm", figures
+    if low > limit:
+        return Verdict.CREASE, f"peak {peak:.2f} mm exceeds the limit of {limit:.2f} mm", figures
+    if peak > limit:
+        return Verdict.UNDECIDED, f"peak {peak:.2f} mm within the noise of its limit", figures
+    if high > limit:
+        reason = (
+            f"a ridge of up to {high:.2f} mm may stand where {peak:.2f} mm was read, by points {hidden.cell_mm:.2g} mm "
+            "apart, their noise and what was not seen: scan finer and without holes"
+        )
+        return Verdict.UNDECIDED, reason, figures
+    return Verdict.CEASE, f"RMS {rms:.3f} mm and peak {peak:.2f} mm within their limits", figures

@@ -25,7 +25,7 @@ from debulk.inspection.checks.seen import Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, hide, owned
 from debulk.inspection.clouds.thinning import thinned
-from debulk.inspection.comparing import check_place, compared, of_another_scan, pressed
+from debulk.inspection.comparing import blur_mm2, check_place, compared, of_another_scan, pressed
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import Sample
@@ -502,10 +502,13 @@ class Inspector:
                 sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 few = thinned(points).points
                 points, image = cleaned(points, self._pose, self.camera, self.recipe, stop)
+                cell_mm = self.grid_spacing_mm
+                apart_mm = sample.widest_mm if np.isfinite(sample.widest_mm) else cell_mm
+                cell_mm = apart_mm if apart_mm > _COARSER * cell_mm else cell_mm
                 heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
                     points,
                     setup.prepared.datum,
-                    self.grid_spacing_mm,
+                    cell_mm,
                     hole_diameter_mm=0.0,
                     threads=self.recipe.run.threads,
                     stop=stop,
@@ -513,7 +516,9 @@ class Inspector:
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
-        comparison = compared(report.settle(), heights, self.recipe, self._lying.trace(time_utc=began, scan=scanned))
+        trace = self._lying.trace(time_utc=began, scan=scanned)
+        blurred = blur_mm2(points, cell_mm, min(sample.pitch_mm, apart_mm))
+        comparison = compared(report.settle(), heights, self.recipe, trace, apart_mm, blurred)
         comparison = comparison if self.history is None else self.history.keep_comparison(comparison, report)
         return comparison, Cleaned(points, image, few, scanned, place.of_another(debulked_scan))
 

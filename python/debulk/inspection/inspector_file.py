@@ -18,7 +18,7 @@ from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.far_place import NEAR, FarPlace
 from debulk.inspection.reference.prepared import Prepared
 from debulk.inspection.tracing import Given
-from debulk.results.record import Stored
+from debulk.results.record import fits
 from debulk.results.trace import ArrayTrace
 from debulk.surface import Reference
 
@@ -170,7 +170,7 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
                 _fail(path, f"{plain} is missing")
             continue
         value = found[plain]
-        if value.dtype.kind != kind or not Stored(value.dtype, *shape).fits(value.shape):
+        if value.dtype.kind != kind or not fits(value.shape, shape):
             _fail(path, f"{plain} is {value.dtype} {value.shape}")
     if ("fibre_angles" in found) != ("fibre_angles_grid" in found) or ("fibre_angles" in found) == (
         "fibre_angles_deg" in found

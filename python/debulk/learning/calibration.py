@@ -85,6 +85,8 @@ class Calibrated:
     """What is detected of which measured size; None where the outcomes do not give a curve, and `not_detected` says
     why."""
     not_detected: str = ""
+    undecided: int = 0
+    """Pockets of which every outcome is UNDECIDED or INVALID: their likelihood is the same for each limit."""
 
     def proposed(self, recipe: Recipe) -> Recipe:
         """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities.
@@ -115,9 +117,10 @@ def calibrate(
 ) -> Calibrated:
     """Learn the limit of a ridge from what became of a history's pockets.
 
-    Outcomes are those of pockets that the excess decides: of each pocket the last that a comparison measured, or
-    that somebody said (`History.add_outcome`). What is UNDECIDED or INVALID is none. Pockets may be chosen by their
-    ridges, for example because those above the limit are reworked: the model is of the outcome given the ridge.
+    Outcomes are those of pockets that the excess decides: of each pocket the last CEASE or CREASE that a comparison
+    measured, or that somebody said (`History.add_outcome`). What is UNDECIDED or INVALID is none, and is counted.
+    Pockets may be chosen by their ridges, for example because those above the limit are reworked: the model is of the
+    outcome given the ridge.
 
     Parameters
     ----------
@@ -141,13 +144,13 @@ def calibrate(
     """
     if not 0 < wanted_mm < 1:
         raise InputError(f"wanted_mm: expected a width between 0 and 1 mm, got {wanted_mm!r}")
-    known, sizes, all_ridges, open_pockets = _read(history)
+    known, sizes, all_ridges, open_pockets, undecided = _read(history)
     creased = int(known.creased.sum())
     if len(known) < _LEAST or creased in (0, len(known)):
         raise InputError(
             f"{history.path}: expected at least {_LEAST} outcomes of pockets that their excess decided, some creased "
-            f"and some not, but got {creased} creased of {len(known)}: run debulk compare --history, or debulk history "
-            "outcome"
+            f"and some not, but got {creased} creased of {len(known)}{also(undecided)}: "
+            "run debulk compare --history, or debulk history outcome"
         )
     costs = costs or Costs()
     found = posterior(known, prior)
@@ -161,7 +164,7 @@ def calibrate(
     return Calibrated(
         known, found, costs, limit, present_mm, excess_of_ridge(limit, thickness_mm),
         validated(known, costs, present_mm, prior), wanted_mm, max(0, math.ceil(lacking / best)),
-        max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why,
+        max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why, undecided,
     )  # fmt: skip
 
 
@@ -202,7 +205,8 @@ def _best(found: Posterior) -> tuple[float, tuple[float, float]]:
     return float(told.max()), (float(good[0]), float(good[-1]))
 
 
-_QUERY = """SELECT pocket.record, pocket.id, ridge_mm, noise_mm, pocket.verdict, last.measured, last.peak_mm
+_QUERY = """SELECT pocket.record, pocket.id, ridge_mm, noise_mm, pocket.verdict, last.measured, last.peak_mm,
+  EXISTS (SELECT 1 FROM outcome WHERE report = pocket.record AND outcome.pocket = pocket.id)
 FROM pocket LEFT JOIN
   (SELECT report, pocket, measured, peak_mm, max(record) FROM outcome WHERE measured IN ('CEASE', 'CREASE')
    GROUP BY report, pocket) AS last ON last.report = pocket.record AND last.pocket = pocket.id
@@ -211,8 +215,14 @@ WHERE decided_by = 'excess' AND noise_mm IS NOT NULL AND ridge_mm IS NOT NULL OR
 
 def _read(
     history: History,
-) -> tuple[Outcomes, tuple[NDArray[np.float64], NDArray[np.bool_]], NDArray[np.float64], list[tuple[int, int, float]]]:
-    """Read the outcomes; measured heights, and whether each was not passed; all ridges; pockets without an outcome."""
+) -> tuple[
+    Outcomes, tuple[NDArray[np.float64], NDArray[np.bool_]], NDArray[np.float64], list[tuple[int, int, float]], int
+]:
+    """Read what `calibrate` needs.
+
+    These are the outcomes; the heights that may stand, and whether each was not passed; all ridges; the pockets whose
+    outcome is not known; and the number of those among them of which no outcome decided.
+    """
     with connected(history.path) as connection:
         rows = connection.execute(_QUERY).fetchall()
     known = [row for row in rows if row[5] is not None]
@@ -224,7 +234,13 @@ def _read(
     sized = [(row[6], row[4] != "CEASE") for row in known if row[6] is not None and row[6] > 0]
     sizes = np.array([size for size, _ in sized], dtype=np.float64), np.array([hit for _, hit in sized], dtype=bool)
     ridges = np.array([row[2] for row in rows], dtype=np.float64)
-    return outcomes, sizes, ridges, [(row[0], row[1], row[2]) for row in rows if row[5] is None]
+    unknown = [row for row in rows if row[5] is None]
+    return outcomes, sizes, ridges, [row[:3] for row in unknown], sum(row[7] for row in unknown)
+
+
+def also(undecided: int) -> str:
+    """Return how many outcomes decided nothing, to go on with."""
+    return f", and {undecided} that are UNDECIDED or INVALID" if undecided else ""
 
 
 def _detection(sizes: NDArray[np.float64], hits: NDArray[np.bool_]) -> tuple[Pod | None, str]:

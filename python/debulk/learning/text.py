@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 
-from debulk.learning.calibration import Calibrated
+from debulk.learning.calibration import Calibrated, also
 
 
 def text(found: Calibrated) -> str:
@@ -18,7 +18,7 @@ def text(found: Calibrated) -> str:
     if not found.limit_mm:
         limit = "no limit, as by these outcomes no ridge is worth passing"
     lines = [
-        f"{len(found.outcomes)} outcomes, {creased} of them creased",
+        f"{len(found.outcomes)} outcomes, {creased} of them creased{also(found.undecided)}",
         f"half of all pockets crease at a ridge of {found.posterior.limit_mm:.3f} mm (95 % interval {low:.3f} to "
         f"{high:.3f} mm); from pocket to pocket the limit spreads by {found.posterior.spread_mm:.3f} mm "
         f"({first:.3f} to {last:.3f})",
@@ -49,6 +49,7 @@ def as_json(found: Calibrated) -> str:
     tree = {
         "outcomes": len(found.outcomes),
         "creased": int(found.outcomes.creased.sum()),
+        "undecided": found.undecided,
         "limit_mm": found.posterior.limit_mm,
         "limit_sd_mm": found.posterior.limit_sd_mm,
         "limit_interval_mm": found.posterior.interval_mm(),

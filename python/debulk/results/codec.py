@@ -1,4 +1,4 @@
-"""The report as JSON, schema 14.
+"""The report as JSON, schema 15.
 
 Records are objects and arrays are nested lists. Numbers that JSON does not have are the strings "NaN", "Infinity" and
 "-Infinity". Only grids, such as the height map, are packed: base64 of zlib of little-endian float32, or float64 if they
@@ -26,7 +26,7 @@ from debulk.grid import Grid
 from debulk.results.migrations import OLDEST, migrated
 from debulk.results.record import hints_of, stored_as, without_none
 
-SCHEMA = 14
+SCHEMA = 15
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
 _ENCODINGS = {size: f"base64(zlib(float{8 * size} little-endian, row by row))" for size in (4, 8)}

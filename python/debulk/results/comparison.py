@@ -38,7 +38,11 @@ class PocketComparison(Record):
         side. Empty and None if the report predicts no ridge.
     predicted_ridge_mm, measured_peak_mm
         Ridge by which the report judged the pocket; and the largest height inside the outline after a median over 5
-        by 5 cells, which lowers a ridge less than about four cells wide.
+        by 5 cells, which lowers a ridge of a few cells' width.
+    measured_peak_range_mm
+        What surely stands there, the measured peak less its noise, and what may: the highest ridge that the cells hide
+        by their width, their noise and what was not seen. The outcome is CEASE only if both ends keep the limit, and
+        CREASE if both exceed it, or the RMS its own. None: it was not looked at (before 0.15.0), or nothing was seen.
     noise_mm
         Standard deviation of a single height there, before the median filter.
     measured_share
@@ -58,8 +62,14 @@ class PocketComparison(Record):
     predicted_ridges_mm: tuple[PointsXY, ...] = ()
     predicted_place_mm: float | None = None
     measured_peak_mm: float | None = None
+    measured_peak_range_mm: tuple[float, float] | None = None
     noise_mm: float | None = None
     measured_share: float = 1.0
+
+    @property
+    def may_stand_mm(self) -> float | None:
+        """The upper end of the measured peak's range; the peak itself where that was not looked at."""
+        return self.measured_peak_range_mm[1] if self.measured_peak_range_mm else self.measured_peak_mm
 
     @property
     def hit(self) -> bool | None:

@@ -17,7 +17,7 @@ _HEADINGS = ("#", "predicted", "RMS mm", "ridge mm", "measured", "RMS mm", "peak
 _TEXT_COLUMNS = {1, 4, 8, 9}
 _CSV = (
     "id", "predicted", "measured", "hit", "reason", "predicted_rms_mm", "measured_rms_mm", "predicted_ridge_mm",
-    "measured_peak_mm", "noise_mm", "measured_share",
+    "measured_peak_mm", "may_stand_mm", "noise_mm", "measured_share",
 )  # fmt: skip
 _HIT = {True: "right", False: "WRONG", None: "–"}
 

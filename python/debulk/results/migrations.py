@@ -44,6 +44,7 @@ _NEW_IN_COMPARISON: Mapping[int, Mapping[str, Tree]] = {
     12: {
         "": dict.fromkeys(("trace", "report_trace", "report_verdict", "report_sha256")) | {"recipe": {}, "source": {}},
     },
+    15: {"pockets": {"measured_peak_range_mm": None}},
 }
 
 

@@ -25,9 +25,10 @@ class Stored:
         self.dtype: np.dtype[Any] = np.dtype(dtype)
         self.shape = shape
 
-    def fits(self, shape: tuple[int, ...]) -> bool:
-        """Whether an array may have this shape."""
-        return len(shape) == len(self.shape) and all(w in (None, n) for w, n in zip(self.shape, shape, strict=True))
+
+def fits(shape: tuple[int, ...], stored: tuple[int | None, ...]) -> bool:
+    """Whether an array of this shape may be stored as one of that shape, in which None allows any length."""
+    return len(shape) == len(stored) and all(length in (None, n) for length, n in zip(stored, shape, strict=True))
 
 
 # Record enforces these types and shapes, and the JSON codec reads them.
@@ -54,7 +55,7 @@ class Record:
             if not isinstance(values.base, np.ndarray | None):  # the core owns it: a whole net would stay alive
                 values = values.copy()
             view = values.view()
-            if not stored.fits(view.shape):
+            if not fits(view.shape, stored.shape):
                 shape = ", ".join("n" if length is None else str(length) for length in stored.shape)
                 raise InputError(f"{name}: expected the shape ({shape}), got {view.shape}")
             view.flags.writeable = False

@@ -20,6 +20,7 @@ from debulk.history.tables import connected
 from debulk.learning import Outcomes, calibrate, pod, posterior
 from debulk.learning.calibration import Costs, cost_limit_mm
 from debulk.learning.likelihood import Prior
+from debulk.learning.text import as_json, text
 from debulk.recipe import Recipe
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.ridge import excess_of_ridge
@@ -236,6 +237,29 @@ def test_probabilities_by_proposed_recipes_come_true_as_often_as_they_say(bench)
     for low in np.arange(6) / 6:
         here = (p >= low) & (p < low + 1 / 6)
         assert p[here].mean() == pytest.approx(true[here].mean(), abs=0.05)
+
+
+def test_what_a_scan_did_not_decide_is_no_outcome(tmp_path):
+    """Ten pockets creased; what became of ten lower ones a coarse scan left open, and of one of them it was said."""
+    there = History(tmp_path / "c.sqlite")
+    with connected(there.path, write=True) as connection:
+        for number in range(1, 21):
+            ridge, measured = (0.9, "CREASE") if number <= 10 else (0.5, "UNDECIDED")
+            connection.execute(
+                "INSERT INTO pocket VALUES (?, 1, 'CEASE', 'excess', 0, 0, 9, 5, ?, ?, ?, 0.004, 0)",
+                (number, ridge, ridge, ridge),
+            )
+            row = (number, number, measured, ridge)
+            connection.execute("INSERT INTO outcome VALUES (?, ?, 1, 'scan', 'CEASE', ?, ?, 0.5, 1)", row)
+    with pytest.raises(InputError, match="got 10 creased of 10, and 10 that are UNDECIDED or INVALID: run"):
+        calibrate(there)
+    with connected(there.path, write=True) as connection:
+        connection.execute("INSERT INTO outcome VALUES (30, 20, 1, 'operator', 'CEASE', 'CEASE', 0.5, NULL, NULL)")
+    found = calibrate(there)
+    assert (len(found.outcomes), int(found.outcomes.creased.sum()), found.undecided) == (11, 10, 9)
+    assert {record for record, *_ in found.ask} <= set(range(11, 20))
+    assert text(found).startswith("11 outcomes, 10 of them creased, and 9 that are UNDECIDED or INVALID")
+    assert json.loads(as_json(found))["undecided"] == 9
 
 
 def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):

@@ -1,0 +1,152 @@
+"""What a debulked ply's cells may hide: folds of a generator of its own, read by rows of cells and by whole scans."""
+
+import math
+
+import numpy as np
+import pytest
+
+import debulk
+from debulk.inspection.hidden_ridge import OFF_CREST, OFF_CREST_OF_MEDIAN, ROWS, Hidden, along
+from debulk.recipe import Recipe
+from debulk.section import fold
+from debulk.surface import median
+from debulk.verdict import Verdict
+
+LIMIT_MM = Recipe().verdict.max_ridge_mm
+EXCESSES_MM = 0.003, 0.01, 0.03, 0.06, 0.2, 0.6
+HEIGHTS = {}
+
+
+def section(excess_mm):
+    """Return the minimiser's own fold: (M, 2) points of its section."""
+    if excess_mm not in HEIGHTS:
+        HEIGHTS[excess_mm] = fold(excess_mm, 40.0, Recipe(), segments=400).points_mm
+    return HEIGHTS[excess_mm]
+
+
+def ridge(excess_mm, x, y, turn, off=0.0, half_length=1e9):
+    """Return the height of a straight ridge through (off, 0), turned, which tapers as its bump does."""
+    points = section(excess_mm)
+    along_it, across = x * math.cos(turn) + y * math.sin(turn), y * math.cos(turn) - x * math.sin(turn) - off
+    taper = np.cos(np.pi / 2 * np.minimum(np.abs(along_it) / half_length, 1.0)) ** (16 / 7)
+    return np.interp(across, points[:, 0], points[:, 1]) * taper
+
+
+def distances(turn, off, size=41):
+    y, x = np.mgrid[:size, :size] - size // 2
+    return np.abs(y * math.cos(turn) - x * math.sin(turn) - off)
+
+
+@pytest.mark.parametrize("cells", ROWS)
+def test_some_row_lies_within_half_a_cell_of_a_crest(cells):
+    """The median of a falling function of the distance is that of the median distance."""
+    middle = (slice(14, 27),) * 2
+    worst = max(
+        -along(-distances(turn, off), cells)[middle].max()
+        for turn in np.linspace(0, np.pi, 49)
+        for off in np.linspace(0, 1, 9)
+    )
+    assert 0.45 < worst <= OFF_CREST + 1e-9
+
+
+def test_a_median_over_five_by_five_reads_a_crest_up_to_one_cell_and_a_half_away():
+    worst = 0.0
+    for turn in np.linspace(0, np.pi, 25):
+        for off in np.linspace(0, 1, 5):
+            away = debulk.Grid(distances(turn, off).astype(np.float32), np.zeros(2), 1.0)
+            worst = max(worst, float(median(away, 5).values[14:27, 14:27].min()))
+    assert worst == pytest.approx(OFF_CREST_OF_MEDIAN, abs=1e-3)
+
+
+@pytest.mark.parametrize("cell_mm", [0.3, 0.5, 1.0, 2.0, 3.0, 4.0])
+def test_no_ridge_is_higher_than_its_cells_allow(cell_mm):
+    """Ridges of six heights at any angle, place and noise, seen by points: none is higher than the upper end."""
+    rng = np.random.default_rng(3)
+    cells = max(9, round(36 / cell_mm))
+    y, x = (np.mgrid[:cells, :cells] - (cells - 1) / 2) * cell_mm
+    inside = np.hypot(x, y) < 16
+    hidden = Hidden(Recipe(), cell_mm, 0.0)
+    for excess_mm in EXCESSES_MM:
+        for _ in range(6):
+            off, noise_mm = rng.uniform(-3, 3), rng.choice([0.0, 0.02, 0.05])
+            heights = 0.25 + ridge(excess_mm, x, y, rng.uniform(0, np.pi), off, 16.0)
+            seen = (heights + rng.normal(0, noise_mm, x.shape)).astype(np.float32)
+            read = median(debulk.Grid(seen, np.zeros(2), cell_mm), 5).values
+            true = 0.25 + section(excess_mm)[:, 1].max()
+            assert hidden.highest_mm(seen, read, inside) > true - 0.01
+
+
+def test_a_hole_hides_no_ridge_that_stands_out_of_it_and_any_that_lies_in_it():
+    y, x = (np.mgrid[:61, :61] - 30) * 1.0
+    inside, hidden, flat = np.hypot(x, y) < 28, Hidden(Recipe(), 1.0, 0.0), np.full(x.shape, 0.25, np.float32)
+    said = {}
+    for name, hole in {"round": np.hypot(x, y) < 5, "slit": np.abs(y) < 1, "band": np.abs(y) < 4}.items():
+        seen = np.where(hole, np.float32(np.nan), flat)
+        said[name] = hidden.highest_mm(seen, seen, inside)
+    assert said["round"] < said["slit"] < 0.4 and said["band"] > LIMIT_MM
+    assert hidden.highest_mm(np.full_like(flat, np.nan), np.full_like(flat, np.nan), inside) == math.inf
+
+
+def test_six_flying_pixels_in_a_row_are_no_ridge():
+    flat = np.full((41, 41), 0.25, np.float32)
+    hidden, inside = Hidden(Recipe(), 0.8, 0.0), np.ones(flat.shape, bool)
+    lowest = hidden.highest_mm(flat, flat, inside)
+    for pixels in ((slice(20, 21), slice(10, 16)), (slice(20, 22), slice(10, 15))):
+        heights = flat.copy()
+        heights[pixels] = 9.0
+        read = median(debulk.Grid(heights, np.zeros(2), 0.8), 5).values
+        assert hidden.highest_mm(heights, read, inside) < lowest + 0.1
+
+
+# --- whole scans: lists of points on a turned lattice over a curved mold ---
+
+OUTLINE = np.array([(20, 20), (180, 20), (180, 180), (20, 180)], dtype=float)
+
+
+def lattice(pitch_mm, turn, rng):
+    n = round(300 / pitch_mm)
+    j, i = np.mgrid[:n, :n] - n // 2
+    x, y = (
+        np.array([i * math.cos(turn) - j * math.sin(turn), i * math.sin(turn) + j * math.cos(turn)]) * pitch_mm
+    ) + 100
+    x, y = x + rng.uniform(0, pitch_mm), y + rng.uniform(0, pitch_mm)
+    kept = (x > 0) & (x < 200) & (y > 0) & (y < 200)
+    return x[kept], y[kept], -((x[kept] - 100) ** 2) / 4000 - (y[kept] - 100) ** 2 / 6000
+
+
+def cloud(pitch_mm, turn, rng, above):
+    x, y, z = lattice(pitch_mm, turn, rng)
+    ply = (np.abs(x - 100) < 80) & (np.abs(y - 100) < 80)
+    return np.column_stack([x, y, z + np.where(ply, above(x - 100, y - 100), 0.0) + rng.normal(0, 0.03, x.size)])
+
+
+@pytest.mark.layup
+@pytest.mark.parametrize("pitch_mm", [1.0, 2.0, 3.0])
+def test_a_ridge_between_the_points_of_a_scan_is_no_cease(pitch_mm):
+    """At 2 mm the median over five cells reads less than half of such a ridge, at 3 mm next to nothing."""
+    rng = np.random.default_rng(8)
+    reference = cloud(pitch_mm, 0.3, rng, lambda x, y: 0.0 * x)
+    before = cloud(
+        pitch_mm, 0.9, rng, lambda x, y: 0.3 + 4.5 * np.cos(np.pi / 2 * np.minimum(np.hypot(x / 30, y / 22), 1)) ** 2
+    )
+    inspector = debulk.Inspector(None, reference, OUTLINE)
+    report = inspector.inspect(before)
+    excess_mm = 0.1
+    true = 0.25 + section(excess_mm)[:, 1].max()
+    assert 0.7 < true < 0.9
+    measured = []
+    for _ in range(6):
+        turn, off = rng.uniform(0, np.pi), rng.uniform(-2, 2)
+        after = cloud(
+            pitch_mm, rng.uniform(0, 2), rng, lambda x, y, t=turn, o=off: 0.25 + ridge(excess_mm, x, y, t, o, 25.0)
+        )
+        measured.append(inspector.compare(report, after).pockets[0])
+    for p in measured:
+        low, high = p.measured_peak_range_mm
+        assert low <= p.measured_peak_mm < high and low < true < high + 0.02
+        assert p.measured is not Verdict.CEASE
+        assert p.measured is Verdict.CREASE or "scan finer" in p.reason
+    if pitch_mm > 1:
+        assert max(p.measured_peak_mm for p in measured) < LIMIT_MM
+    flat = inspector.compare(report, cloud(pitch_mm, 0.5, rng, lambda x, y: 0.25 + 0.0 * x)).pockets[0]
+    assert flat.measured is Verdict.CEASE and flat.measured_peak_range_mm[1] < LIMIT_MM
