@@ -277,17 +277,17 @@ def test_a_ridge_too_short_for_the_rms_creases_by_its_peak():
 
 
 def test_what_wide_cells_may_hide_is_undecided():
-    """Of cells 4 mm wide, between which a ridge above the limit fits; of narrow ones with a strip that nobody saw."""
-    wide = dataclasses.replace(flat(), spacing_mm=4.0)
-    p = compared(one_pocket(square(39.5, 119.5, 39.5, 119.5)), wide, Recipe()).pockets[0]
+    """Of cells 6 mm wide, between which a ridge above the limit fits; of narrow ones with a strip that nobody saw."""
+    wide = dataclasses.replace(flat(), spacing_mm=6.0)
+    p = compared(one_pocket(square(59.5, 179.5, 59.5, 179.5)), wide, Recipe()).pockets[0]
     assert p.measured is Verdict.UNDECIDED and "scan finer" in p.reason and p.hit is None
     assert p.measured_peak_mm == 0.25 and p.measured_peak_range_mm[1] == p.may_stand_mm > 0.6
     heights = flat()
     heights.values[18:21, 8:32] = np.nan
     p = compared(one_pocket(OUTLINE), heights, Recipe()).pockets[0]
     assert p.measured is Verdict.UNDECIDED and p.measured_share == 0.85
-    coarse = compared(one_pocket(OUTLINE), flat(), Recipe(), pitch_mm=4.0).pockets[0]
-    assert coarse.measured is Verdict.UNDECIDED and "4 mm apart" in coarse.reason
+    coarse = compared(one_pocket(OUTLINE), flat(), Recipe(), pitch_mm=6.0).pockets[0]
+    assert coarse.measured is Verdict.UNDECIDED and "6 mm apart" in coarse.reason
 
 
 def test_a_run_of_flying_pixels_is_no_ridge():
