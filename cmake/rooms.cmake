@@ -19,7 +19,9 @@ function(debulk_room name)
   install(TARGETS debulk_${name} EXPORT debulk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cpp)
 endfunction()
 
-# One test executable a room.
+# One test executable a room. Under a sanitizer its sources are compiled four at a time: half of what the compiler makes of
+# each is the templates of all. No two may then have one name for two things.
+option(DEBULK_UNITY_TESTS "Compile the tests of a room together" OFF)
 function(debulk_room_test room)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   add_executable(test_${room} ${ARG_SOURCES})
@@ -27,6 +29,7 @@ function(debulk_room_test room)
   if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
     target_precompile_headers(test_${room} REUSE_FROM test_support)
   endif()
+  set_target_properties(test_${room} PROPERTIES UNITY_BUILD ${DEBULK_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 4)
   foreach(other ${ARG_USES})
     target_link_libraries(test_${room} PRIVATE debulk_${other})
   endforeach()

@@ -9,7 +9,7 @@
 
 #include "debulk/core/error.hpp"
 
-namespace debulk {
+namespace debulk::fibre_lines_test {
 namespace {
 
 const Polygon kSquare{{0, 0}, {100, 0}, {100, 100}, {0, 100}};
@@ -108,4 +108,4 @@ TEST(FibreLines, RefuseWhatIsNoLength) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::fibre_lines_test

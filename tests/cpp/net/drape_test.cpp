@@ -7,7 +7,7 @@
 #include "debulk/core/error.hpp"
 #include "surfaces.hpp"
 
-namespace debulk {
+namespace debulk::drape_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -95,4 +95,4 @@ TEST(Drape, NamesBadInput) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::drape_test

@@ -15,7 +15,7 @@
 #include "message.hpp"
 #include "surfaces.hpp"
 
-namespace debulk {
+namespace debulk::fibre_net_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -379,4 +379,4 @@ TEST(FibreNet, NamesBadInput) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::fibre_net_test

@@ -12,7 +12,7 @@
 #include "surfaces.hpp"
 #include "whole_net.hpp"
 
-namespace debulk {
+namespace debulk::generator_cells_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -158,4 +158,4 @@ TEST(LayNet, SaysWhereAPathIsTrappedOnASlope) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::generator_cells_test

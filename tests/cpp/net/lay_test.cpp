@@ -12,7 +12,7 @@
 #include "surfaces.hpp"
 #include "whole_net.hpp"
 
-namespace debulk {
+namespace debulk::lay_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -365,4 +365,4 @@ TEST(LayNet, NamesBadInput) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::lay_test

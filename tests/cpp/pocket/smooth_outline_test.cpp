@@ -8,7 +8,7 @@
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/segment.hpp"
 
-namespace debulk {
+namespace debulk::smooth_outline_test {
 namespace {
 
 SegmentOptions smoothing(double blur_mm2 = 0) {
@@ -151,4 +151,4 @@ TEST(SmoothOutline, APartOfTheMapTellsTheSameBits) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::smooth_outline_test

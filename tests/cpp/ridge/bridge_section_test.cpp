@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace debulk {
+namespace debulk::bridge_section_test {
 namespace {
 
 constexpr double kHalf = 40, kMold = 150, kPly = 200, kError = 0.02;  // mm: of the trough, the radii of mold and ply, of the length
@@ -113,4 +113,4 @@ TEST(BridgeSection, ReadsTheMoldOnlyWhereItIsKnown) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::bridge_section_test

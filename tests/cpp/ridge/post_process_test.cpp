@@ -12,7 +12,7 @@
 #include "test_nets.hpp"
 
 // One ridge of known excess: its height, length and RMS on flat, tilted and curved molds; then what is refused.
-namespace debulk {
+namespace debulk::post_process_test {
 namespace {
 
 using test::Cylinder;
@@ -180,4 +180,4 @@ TEST(PostProcess, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::post_process_test

@@ -8,7 +8,7 @@
 
 #include "debulk/scanner/stereo.hpp"
 
-namespace debulk {
+namespace debulk::match_test {
 namespace {
 
 constexpr int width = 203, height = 16;
@@ -286,4 +286,4 @@ TEST(RectifiedRow, InterpolatesAtAnyScale) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::match_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace debulk {
+namespace debulk::neighbours_test {
 namespace {
 
 constexpr int width = 61, height = 23;
@@ -85,4 +85,4 @@ TEST(Neighbours, SameBitsOnAnyInstructionsAndThreads) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::neighbours_test

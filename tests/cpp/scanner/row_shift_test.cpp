@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace debulk {
+namespace debulk::row_shift_test {
 namespace {
 
 constexpr int width = 160, height = 140;
@@ -122,4 +122,4 @@ TEST(RowShift, PlacesAtTheEdgeHaveNoPatchAndThreadsGiveTheSameBits) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::row_shift_test

@@ -13,7 +13,7 @@
 #include "support/dense.hpp"
 #include "support/shapes.hpp"
 
-namespace debulk {
+namespace debulk::certify_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -283,4 +283,4 @@ TEST_F(CertifyMinima, RefuseAPointAboveTheStart) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::certify_test

@@ -15,7 +15,7 @@
 #include "debulk/sheet/torsion.hpp"
 #include "support/shapes.hpp"
 
-namespace debulk {
+namespace debulk::derivatives_test {
 namespace {
 
 constexpr double kSpacing = 5.0;
@@ -124,4 +124,4 @@ TEST(Derivatives, StraightFibresAndLockedCornersStayFinite) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::derivatives_test

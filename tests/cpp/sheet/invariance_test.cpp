@@ -9,7 +9,7 @@
 #include "debulk/sheet/sheet.hpp"
 #include "support/shapes.hpp"
 
-namespace debulk {
+namespace debulk::invariance_test {
 namespace {
 
 constexpr double kSpacing = 5.0;
@@ -98,4 +98,4 @@ TEST(Invariance, OfTheEnergyUnderNumbering) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::invariance_test

@@ -11,7 +11,7 @@
 #include "debulk/sheet/sheet.hpp"
 #include "sheet/nets.hpp"
 
-namespace debulk {
+namespace debulk::lumping_test {
 namespace {
 
 double sum(const std::vector<double>& values) {
@@ -136,4 +136,4 @@ TEST(Lumping, FrictionDoesNotVanishWithTheSpacing) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::lumping_test

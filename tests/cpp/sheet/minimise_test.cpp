@@ -7,7 +7,7 @@
 #include "debulk/core/parallel.hpp"
 #include "sheet/nets.hpp"
 
-namespace debulk {
+namespace debulk::minimise_test {
 namespace {
 
 constexpr double kSpacing = 5.0;
@@ -246,4 +246,4 @@ TEST(Best, IsOneWithoutAComplianceIfThereIsAny) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::minimise_test

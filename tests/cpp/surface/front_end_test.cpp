@@ -10,7 +10,7 @@
 #include "scene.hpp"
 #include "support/taken_memory.hpp"
 
-namespace debulk {
+namespace debulk::front_end_test {
 namespace {
 
 using namespace testing;
@@ -220,4 +220,4 @@ TEST(FrontEnd, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::front_end_test
