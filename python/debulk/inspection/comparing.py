@@ -28,6 +28,8 @@ from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
 _PEAK_CELLS = 5  # width of the median before what surely stands is read: runs of flying pixels survive a smaller one
+_TOLD_APART_MM = 0.03  # what a ply loses by debulking; less is within how well the level is known
+_ROUND = 2  # cells of a map round an outline
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
 _PEAK_SPREAD = 6.0  # or, where the noise of neighbours is alike, by so many median deviations: four sigma
 
@@ -57,7 +59,8 @@ def compared(
         inside = pocket.inside_outline(known.outline_mm, filtered)
         between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
-        measured, reason, figures = _measure(inside, heights, filtered, peaks, recipe, hidden)
+        near, smoothed, peak = (_over(known.outline_mm, grid) for grid in (heights, filtered, peaks))
+        measured, reason, figures = _measure(known.outline_mm, near, smoothed, peak, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -85,11 +88,22 @@ def compared(
         laid_height_mm=laid,
         height_map=Grid(filtered.values, filtered.origin_mm, filtered.spacing_mm),
         ply_outline_mm=report.ply_outline_mm,
+        warnings=() if laid is None else _unpressed(laid, recipe),
         trace=trace,
         report_trace=report.trace,
         report_verdict=report.verdict,
         report_sha256=hashlib.sha256(codec.dumps(report, FORMAT).encode()).hexdigest(),
         recipe=recipe.model_dump(),
+    )
+
+
+def _unpressed(laid_mm: float, recipe: Recipe) -> tuple[str, ...]:
+    before, after = recipe.material.thickness_mm, recipe.material.consolidated_mm
+    if laid_mm < (before + after) / 2 or before - after < _TOLD_APART_MM:
+        return ()
+    return (
+        f"between the pockets the ply stands {laid_mm:.2f} mm above the reference, as before debulking ({before:.2f} "
+        f"mm; after it {after:.2f} mm): was it debulked? What stands may be the pockets themselves",
     )
 
 
@@ -135,16 +149,29 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 
 
+def _over(outline_mm: NDArray[np.float64], heights: Grid) -> Grid:
+    """Return the heights over an outline and round it; NaN also where the map does not reach."""
+    ends = np.array([outline_mm.min(axis=0), outline_mm.max(axis=0)]) - heights.origin_mm
+    first, last = np.rint(ends / heights.spacing_mm).astype(int) + np.array([[-_ROUND], [_ROUND]])
+    over = np.full((last - first + 1)[::-1], np.nan, dtype=np.float32)
+    low, high = np.maximum(first, 0), np.minimum(last + 1, heights.values.shape[::-1])
+    if (low < high).all():
+        (x0, y0), (x1, y1) = low - first, high - first
+        over[y0:y1, x0:x1] = heights.values[low[1] : high[1], low[0] : high[0]]
+    return Grid(over, heights.origin_mm + heights.spacing_mm * first, heights.spacing_mm)
+
+
 def _measure(
-    inside: NDArray[np.bool_],
-    heights: surface.HeightMap,
-    filtered: surface.HeightMap,
-    peaks: surface.HeightMap,
+    outline_mm: NDArray[np.float64],
+    heights: Grid,
+    filtered: Grid,
+    peaks: Grid,
     recipe: Recipe,
     hidden: Hidden,
 ) -> tuple[Verdict, str, dict[str, Any]]:
     """Return the outcome of one pocket, the reason, and its figures."""
     limits = recipe.verdict
+    inside = pocket.inside_outline(outline_mm, heights)
     seen = inside & np.isfinite(filtered.values)
     share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
     if share < limits.min_pocket_coverage:
@@ -153,13 +180,11 @@ def _measure(
     rms = float(np.sqrt(np.mean(filtered.values[seen].astype(np.float64) ** 2)))
     smooth = peaks.values[seen]
     peak = float(smooth.max())
-    rows, columns = (np.flatnonzero(inside.any(axis=k)) for k in (1, 0))
-    window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
-    noise = pocket.height_noise(Grid(heights.values[window], heights.origin_mm, heights.spacing_mm))
+    noise = pocket.height_noise(heights)
     noise = noise if math.isfinite(noise) else 0.0
     spread = float(np.median(np.abs(smooth - np.median(smooth))))
     low = peak - max(_PEAK_NOISE * noise, _PEAK_SPREAD * spread)
-    high = max(peak, hidden.highest_mm(heights.values[window], peaks.values[window], inside[window]))
+    high = max(peak, hidden.highest_mm(heights.values, peaks.values, inside))
     figures = {
         "measured_rms_mm": rms,
         "measured_peak_mm": peak,

@@ -355,6 +355,24 @@ def test_an_outline_off_the_map_was_not_seen():
     assert p.measured is Verdict.INVALID
 
 
+def test_a_pocket_that_the_map_ends_in_was_seen_in_part():
+    """A scan of half the ply: its map ends at x = 0, and of an outline beyond it only what is on the map is known."""
+    p = compared(one_pocket(square(-10.5, 9.5, 9.5, 29.5)), flat(), Recipe()).pockets[0]
+    assert p.measured is Verdict.INVALID and p.measured_share == 0.5
+    p = compared(one_pocket(square(-3.5, 29.5, 9.5, 29.5)), flat(), Recipe()).pockets[0]
+    assert p.measured is Verdict.UNDECIDED and p.measured_share == pytest.approx(30 / 33)  # a strip that hides a ridge
+
+
+def test_a_ply_that_stands_as_thick_as_before_is_told():
+    outline = square(-1.0, 99.0, -1.0, 59.0)
+    for height, told in ((0.25, 0), (0.27, 0), (0.28, 1), (0.30, 1)):
+        report = dataclasses.replace(one_pocket(OUTLINE), ply_outline_mm=outline)
+        warnings = compared(report, flat(height), Recipe()).warnings
+        assert len(warnings) == told and all("was it debulked?" in warning for warning in warnings)
+    thin = Recipe(material={"bulk_factor": 1.05})  # which loses too little to be told
+    assert compared(report, flat(0.3), thin).warnings == ()
+
+
 def test_no_pockets():
     comparison = compared(Report(verdict=Verdict.CEASE, reason="", pockets=()), flat(), Recipe())
     assert np.isnan(comparison.agreement.rate)
