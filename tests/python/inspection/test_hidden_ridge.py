@@ -123,7 +123,7 @@ def cloud(pitch_mm, turn, rng, above):
 @pytest.mark.layup
 @pytest.mark.parametrize("pitch_mm", [1.0, 2.0, 3.0])
 def test_a_ridge_between_the_points_of_a_scan_is_no_cease(pitch_mm):
-    """At 2 mm the median over five cells reads less than half of such a ridge, at 3 mm next to nothing."""
+    """At 2 and 3 mm the median over five cells reads a ridge of 0.73 mm below the limit."""
     rng = np.random.default_rng(8)
     reference = cloud(pitch_mm, 0.3, rng, lambda x, y: 0.0 * x)
     before = cloud(
