@@ -53,9 +53,10 @@ class CloudImage:
         What was filled in after the rounding lies between the steps, mostly once at each depth.
         """
         depths = self.points[:: max(1, len(self.points) // _ROWS), :, 2]
-        values, count = np.unique(depths[np.isfinite(depths)], return_counts=True)
-        levels = values[count > 1]
-        if len(levels) < _LEVELS or 2 * count[count > 1].sum() < count.sum():
+        depths = np.sort(depths[np.isfinite(depths)])
+        same = depths[1:] == depths[:-1]
+        levels = depths[1:][same & ~np.append(False, same[:-1])]  # each depth that repeats, once
+        if len(levels) < _LEVELS or 2 * (len(levels) + np.count_nonzero(same)) < len(depths):
             return 0.0
         step = float(np.median(np.diff(levels)))
         return step if step > ROUNDING * float(np.spacing(np.abs(levels).max())) else 0.0
