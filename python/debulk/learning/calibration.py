@@ -117,8 +117,9 @@ def calibrate(
 ) -> Calibrated:
     """Learn the limit of a ridge from what became of a history's pockets.
 
-    Outcomes are those of pockets that the excess decides: of each pocket the last CEASE or CREASE that a comparison
-    measured, or that somebody said (`History.add_outcome`). What is UNDECIDED or INVALID is none, and is counted.
+    Outcomes are those of pockets that the excess decides: of each pocket the last that a comparison measured, or the
+    last that somebody said (`History.add_outcome`), whichever is later and CEASE or CREASE. What is UNDECIDED or
+    INVALID is none, and is counted.
     Pockets may be chosen by their ridges, for example because those above the limit are reworked: the model is of the
     outcome given the ridge.
 
@@ -208,8 +209,10 @@ def _best(found: Posterior) -> tuple[float, tuple[float, float]]:
 _QUERY = """SELECT pocket.record, pocket.id, ridge_mm, noise_mm, pocket.verdict, last.measured, last.peak_mm,
   EXISTS (SELECT 1 FROM outcome WHERE report = pocket.record AND outcome.pocket = pocket.id)
 FROM pocket LEFT JOIN
-  (SELECT report, pocket, measured, peak_mm, max(record) FROM outcome WHERE measured IN ('CEASE', 'CREASE')
-   GROUP BY report, pocket) AS last ON last.report = pocket.record AND last.pocket = pocket.id
+  (SELECT report, pocket, measured, peak_mm, max(record) FROM
+    (SELECT report, pocket, measured, peak_mm, max(record) AS record FROM outcome GROUP BY report, pocket, source)
+   WHERE measured IN ('CEASE', 'CREASE') GROUP BY report, pocket)
+  AS last ON last.report = pocket.record AND last.pocket = pocket.id
 WHERE decided_by = 'excess' AND noise_mm IS NOT NULL AND ridge_mm IS NOT NULL ORDER BY pocket.record DESC, pocket.id"""
 
 

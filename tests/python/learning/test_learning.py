@@ -260,6 +260,12 @@ def test_what_a_scan_did_not_decide_is_no_outcome(tmp_path):
     assert {record for record, *_ in found.ask} <= set(range(11, 20))
     assert text(found).startswith("11 outcomes, 10 of them creased, and 9 that are UNDECIDED or INVALID")
     assert json.loads(as_json(found))["undecided"] == 9
+    with connected(there.path, write=True) as connection:  # measured again, by a scan that could not tell
+        for record, report in ((31, 1), (32, 20)):
+            row = (record, report, 0.9)
+            connection.execute("INSERT INTO outcome VALUES (?, ?, 1, 'scan', 'CEASE', 'UNDECIDED', ?, 0.9, 1)", row)
+    found = calibrate(there)  # takes back what an earlier scan seemed to show, and not what somebody said
+    assert (len(found.outcomes), int(found.outcomes.creased.sum()), found.undecided) == (10, 9, 10)
 
 
 def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
