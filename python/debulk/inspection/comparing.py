@@ -23,7 +23,7 @@ from debulk.inspection.reference.prepared import Prepared
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
-from debulk.results.report import FORMAT
+from debulk.results.report import FORMAT, PocketReport
 from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
@@ -60,7 +60,7 @@ def compared(
         between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
         near, smoothed, peak = (_over(known.outline_mm, grid) for grid in (heights, filtered, peaks))
-        measured, reason, figures = _measure(known.outline_mm, near, smoothed, peak, recipe, hidden)
+        measured, reason, figures = _measure(known, near, smoothed, peak, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -162,7 +162,7 @@ def _over(outline_mm: NDArray[np.float64], heights: Grid) -> Grid:
 
 
 def _measure(
-    outline_mm: NDArray[np.float64],
+    known: PocketReport,
     heights: Grid,
     filtered: Grid,
     peaks: Grid,
@@ -171,7 +171,7 @@ def _measure(
 ) -> tuple[Verdict, str, dict[str, Any]]:
     """Return the outcome of one pocket, the reason, and its figures."""
     limits = recipe.verdict
-    inside = pocket.inside_outline(outline_mm, heights)
+    inside = pocket.inside_outline(known.outline_mm, heights)
     seen = inside & np.isfinite(filtered.values)
     share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
     if share < limits.min_pocket_coverage:
@@ -200,8 +200,9 @@ def _measure(
     if peak > limit:
         return Verdict.UNDECIDED, f"peak {peak:.2f} mm within the noise of its limit", figures
     if high > limit:
+        ridge = f"a ridge of up to {high:.2f} mm" if high < known.peak_mm else "a ridge as high as the pocket was"
         reason = (
-            f"a ridge of up to {high:.2f} mm may stand where {peak:.2f} mm was read, by points {hidden.cell_mm:.2g} mm "
+            f"{ridge} may stand where {peak:.2f} mm was read, by points {hidden.cell_mm:.2g} mm "
             "apart, their noise and what was not seen: scan finer and without holes"
         )
         return Verdict.UNDECIDED, reason, figures

@@ -282,10 +282,12 @@ def test_what_wide_cells_may_hide_is_undecided():
     p = compared(one_pocket(square(59.5, 179.5, 59.5, 179.5)), wide, Recipe()).pockets[0]
     assert p.measured is Verdict.UNDECIDED and "scan finer" in p.reason and p.hit is None
     assert p.measured_peak_mm == 0.25 and p.measured_peak_range_mm[1] == p.may_stand_mm > 0.6
+    assert p.reason.startswith("a ridge as high as the pocket was may stand where 0.25 mm was read")
     heights = flat()
     heights.values[18:21, 8:32] = np.nan
     p = compared(one_pocket(OUTLINE), heights, Recipe()).pockets[0]
     assert p.measured is Verdict.UNDECIDED and p.measured_share == 0.85
+    assert p.reason.startswith(f"a ridge of up to {p.may_stand_mm:.2f} mm may stand")
     coarse = compared(one_pocket(OUTLINE), flat(), Recipe(), pitch_mm=6.0).pockets[0]
     assert coarse.measured is Verdict.UNDECIDED and "6 mm apart" in coarse.reason
 
