@@ -81,14 +81,12 @@ format: $(stamps)/tools ## Put all files into the house's format
 # The rooms that read files or walk over images by index with many threads; those after them compute with few, or with Eigen.
 rooms ?= core scanner files cloud surface pocket fibre
 space := $(subst ,, )
-build_sanitized = $(quietly) cmake --preset $(1) && $(quietly) cmake --build --preset $(1) --target $(rooms:%=test_%)
-sanitized = $(layer) 'C++ tests under $(1)' '$(build_sanitized) && ctest --preset $(1) -j $(2) -R "^($(subst $(space),|,$(strip $(rooms))))\."'
+sanitized = $(layer) 'C++ tests under $(1)' '$(quietly) cmake --preset $(1) && \
+	$(quietly) cmake --build --preset $(1) --target $(rooms:%=test_%) && ctest --preset $(1) -j $(2) -R "^($(subst $(space),|,$(strip $(rooms))))\."'
 
-.PHONY: asan asan-build
+.PHONY: asan
 asan: $(stamps)/system ## Run the C++ tests under the address and undefined-behaviour sanitizers: make asan rooms="core files"
 	$(call sanitized,asan,2)
-asan-build: $(stamps)/system # and no more: .ci/run
-	@$(call build_sanitized,asan)
 
 .PHONY: tsan
 tsan: $(stamps)/system ## Run the C++ tests under the thread sanitizer
