@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Floats, Singles
+from debulk.inspection.evidence import medians
 from debulk.recipe import Recipe
 from debulk.section import elastic_fold
 from debulk.verdict import natural_length
@@ -23,7 +24,6 @@ from debulk.verdict import natural_length
 ROWS = 5, 13  # cells: short ones lie on short ridges, long ones survive six flying pixels and more noise
 _UNIT = [np.array([math.sin(turn), math.cos(turn)]) for turn in np.arange(12) * math.pi / 12]  # directions
 OFF_CREST, OFF_CREST_OF_MEDIAN = 0.5, 1.5  # cells
-_SIGMA = 1.4826  # of a normal law, over its median deviation
 _LEAST_MM = 0.01  # no height is known better
 _K = 4.4934  # tan k = k, in the fold's section
 
@@ -46,8 +46,8 @@ class Hidden:
         self._blur_mm = math.sqrt(blur_mm2)
         self._away_mm, self._weights = away * math.sqrt(8) * self._blur_mm, weights / weights.sum()
 
-    def highest_mm(self, heights: Singles, medians: Singles, inside: NDArray[np.bool_]) -> float:
-        """Return how high the ply may stand within a pocket by heights and their medians of 5 by 5; NaN = not seen.
+    def highest_mm(self, heights: Singles, read: Singles, inside: NDArray[np.bool_]) -> float:
+        """Return how high the ply may stand within a pocket: by heights, and `read`, medians of 5 by 5; NaN = not seen.
 
         Each reading bounds it, and the lowest bound counts: that of rows where cells are wide, that of the medians
         where cells are narrow and flying pixels fill a row.
@@ -56,7 +56,7 @@ class Hidden:
         wide = 2 * float(_depth(own).max())
         holes = list(_holes(own & np.isnan(known)))
         readings = [(along(known, cells)[own], OFF_CREST, math.sqrt(2) * (cells - 1) / 4) for cells in ROWS]
-        readings.append((medians[inside].astype(np.float64), OFF_CREST_OF_MEDIAN, 2.0))
+        readings.append((read[inside].astype(np.float64), OFF_CREST_OF_MEDIAN, 2.0))
         return self._base_mm + min(self._behind_mm(*reading, wide, holes) for reading in readings)
 
     def _behind_mm(
@@ -73,7 +73,7 @@ class Hidden:
         if not len(values):
             return math.inf
         laid = float(np.median(values))  # most of a pocket is laid ply, also where all of it lies a little too low
-        sigma = _SIGMA * float(np.median(np.abs(values - laid)))
+        sigma = medians.OF_MEDIAN * float(np.median(np.abs(values - laid)))
         ahead = math.hypot(ahead, self._blur_mm / self.cell_mm)
         read_mm = max(_LEAST_MM, float(values.max()) - min(laid, self._base_mm) + sigma) / _taper(2 * ahead / wide)
         between = self._seen_mm(off * self.cell_mm)

@@ -86,7 +86,7 @@ class Calibrated:
     why."""
     not_detected: str = ""
     undecided: int = 0
-    """Pockets of which every outcome is UNDECIDED or INVALID: their likelihood is the same for each limit."""
+    """Pockets with outcomes that are UNDECIDED or INVALID alone, or taken back so: each limit is as likely by them."""
 
     def proposed(self, recipe: Recipe) -> Recipe:
         """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities.
@@ -119,9 +119,8 @@ def calibrate(
 
     Outcomes are those of pockets that the excess decides: of each pocket the last that a comparison measured, or the
     last that somebody said (`History.add_outcome`), whichever is later and CEASE or CREASE. What is UNDECIDED or
-    INVALID is none, and is counted.
-    Pockets may be chosen by their ridges, for example because those above the limit are reworked: the model is of the
-    outcome given the ridge.
+    INVALID is none, and is counted. Pockets may be chosen by their ridges, for example because those above the limit
+    are reworked: the model is of the outcome given the ridge.
 
     Parameters
     ----------
