@@ -81,10 +81,17 @@ class Grid:
     def around(self, box_mm: NDArray[np.float64], margin_mm: float) -> tuple[slice, slice]:
         """Return the rows and columns in a box, given by its (2, 2) lowest and highest corner, with a margin."""
         ny, nx = self.values.shape[:2]
-        wide_mm = box_mm + np.array([[-margin_mm], [margin_mm]])
-        (i0, j0), (i1, j1) = np.rint((wide_mm - self.origin_mm) / self.spacing_mm).astype(int).tolist()
+        (i0, j0), (i1, j1) = self.cells(box_mm + np.array([[-margin_mm], [margin_mm]])).tolist()
         i0, i1, j0, j1 = max(0, i0), min(nx, max(0, i1 + 1)), max(0, j0), min(ny, max(0, j1 + 1))
         return slice(j0, j1), slice(i0, i1)
+
+    def over(self, box_mm: NDArray[np.float64], margin_mm: float) -> Grid:
+        """Return what `around` holds as a grid of its own, with NaN where it goes on beyond this one."""
+        first, last = self.cells(box_mm + np.array([[-margin_mm], [margin_mm]]))
+        origin = self.origin_mm + self.spacing_mm * first
+        column, row = (self.spacing_mm * np.arange(count) for count in last - first + 1)
+        values = self.at(origin + np.stack(np.meshgrid(column, row), axis=-1))
+        return Grid(values.astype(self.values.dtype), origin, self.spacing_mm)
 
     def part(self, rows: slice, columns: slice) -> Grid:
         """Return a copy of these rows and columns as a grid of their own."""

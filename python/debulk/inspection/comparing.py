@@ -20,6 +20,7 @@ from debulk.inspection.hidden_ridge import Hidden
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.reference.prepared import Prepared
+from debulk.inspection.reference.resolution import is_coarser
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
@@ -59,7 +60,9 @@ def compared(
         inside = pocket.inside_outline(known.outline_mm, filtered)
         between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
-        near, smoothed, peak = (_over(known.outline_mm, grid) for grid in (heights, filtered, peaks))
+        box_mm = np.stack([known.outline_mm.min(axis=0), known.outline_mm.max(axis=0)])
+        round_mm = _ROUND * heights.spacing_mm
+        near, smoothed, peak = (grid.over(box_mm, round_mm) for grid in (heights, filtered, peaks))
         measured, reason, figures = _measure(known, near, smoothed, peak, recipe, hidden)
         pockets.append(
             PocketComparison(
@@ -126,12 +129,20 @@ def of_another_scan(
     return made
 
 
-def blur_mm2(points: NDArray[np.float32], cell_mm: float, pitch_mm: float) -> float:
-    """Return the variance by which a cloud's gridding blurs it (`cpp/debulk/surface/gridding.hpp`).
+def measured(
+    points: NDArray[np.float32], sample: Sample, setup: Setup, stop: _core.Stop
+) -> tuple[surface.HeightMap, float, float]:
+    """Return a cleaned cloud's heights, how far its points lie apart, and the variance by which gridding blurs it.
 
-    An image is averaged over a cell, a list by planes through all points within two pitches.
+    An image is averaged over a cell, a list by planes through all points within two pitches
+    (`cpp/debulk/surface/gridding.hpp`). No hole is filled in: only what was seen counts as measured.
     """
-    return cell_mm**2 / 12 if points.ndim == 3 else max(cell_mm, 2 * pitch_mm) ** 2 / 8
+    cell_mm, datum = setup.prepared.grid_spacing_mm, setup.prepared.datum
+    apart_mm = sample.widest_mm if np.isfinite(sample.widest_mm) else cell_mm
+    cell_mm = apart_mm if is_coarser(apart_mm, cell_mm) else cell_mm
+    threads, pitch_mm = setup.recipe.run.threads, min(sample.pitch_mm, apart_mm)
+    heights = surface.height_map(points, datum, cell_mm, hole_diameter_mm=0.0, threads=threads, stop=stop)
+    return heights, apart_mm, cell_mm**2 / 12 if points.ndim == 3 else max(cell_mm, 2 * pitch_mm) ** 2 / 8
 
 
 def pressed(report: Report, setup: Setup, prepared: Prepared) -> Setup:
@@ -147,18 +158,6 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
     )
     if placed.finding:
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
-
-
-def _over(outline_mm: NDArray[np.float64], heights: Grid) -> Grid:
-    """Return the heights over an outline and round it; NaN also where the map does not reach."""
-    ends = np.array([outline_mm.min(axis=0), outline_mm.max(axis=0)]) - heights.origin_mm
-    first, last = np.rint(ends / heights.spacing_mm).astype(int) + np.array([[-_ROUND], [_ROUND]])
-    over = np.full((last - first + 1)[::-1], np.nan, dtype=np.float32)
-    low, high = np.maximum(first, 0), np.minimum(last + 1, heights.values.shape[::-1])
-    if (low < high).all():
-        (x0, y0), (x1, y1) = low - first, high - first
-        over[y0:y1, x0:x1] = heights.values[low[1] : high[1], low[0] : high[0]]
-    return Grid(over, heights.origin_mm + heights.spacing_mm * first, heights.spacing_mm)
 
 
 def _measure(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, surface
+from debulk import _core
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
 from debulk.comparison import Comparison
@@ -25,7 +25,7 @@ from debulk.inspection.checks.seen import Recognised, Seen
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.clouds.cleaning import as_points, hide, owned
 from debulk.inspection.clouds.thinning import thinned
-from debulk.inspection.comparing import blur_mm2, check_place, compared, of_another_scan, pressed
+from debulk.inspection.comparing import check_place, compared, measured, of_another_scan, pressed
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.sample import Sample
@@ -43,6 +43,7 @@ from debulk.inspection.rawscan.filled import Filled, FilledSearch
 from debulk.inspection.rawscan.lost_places import lost
 from debulk.inspection.rawscan.narrow import NarrowSearch, Standing
 from debulk.inspection.reference.prepared import Cleaned, Prepared, cleaned, prepare
+from debulk.inspection.reference.resolution import is_coarser
 from debulk.inspection.running.cycle import Cancelled, Cycle, Progress, in_parallel, watched
 from debulk.inspection.running.effort import check_solves
 from debulk.inspection.tracing import Given, checked_context, tracing
@@ -61,7 +62,6 @@ __all__ = ["Cancelled", "Inspector", "Progress"]
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
 _FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
-_COARSER = 1.3  # spacings of the height map: points farther apart than this do not give it all that it could show
 
 
 @dataclass(frozen=True, eq=False)
@@ -454,7 +454,7 @@ class Inspector:
         if found.part is None:
             return replace(found, pitch_mm=pitch_mm)
         runs = ply.fibres.over(*found.part, stop, whole=True, threads=self.recipe.run.threads)
-        coarser = _COARSER * self.grid_spacing_mm < pitch_mm < np.inf
+        coarser = is_coarser(pitch_mm, self.grid_spacing_mm)
         beyond_mm = float(np.sqrt(pitch_mm**2 - self.grid_spacing_mm**2)) if coarser else 0.0
         if self.setup.outline is None:
             runs = runs.ending_at_bare(lambda xy: found.overview.at(xy) - self.prepared.bare_mm(xy), self.recipe)
@@ -502,23 +502,12 @@ class Inspector:
                 sample = placing.look(points, stop)  # samples the copy before it is moved into the mold's frame
                 few = thinned(points).points
                 points, image = cleaned(points, self._pose, self.camera, self.recipe, stop)
-                cell_mm = self.grid_spacing_mm
-                apart_mm = sample.widest_mm if np.isfinite(sample.widest_mm) else cell_mm
-                cell_mm = apart_mm if apart_mm > _COARSER * cell_mm else cell_mm
-                heights = surface.height_map(  # no hole is filled in: only what was seen counts as measured
-                    points,
-                    setup.prepared.datum,
-                    cell_mm,
-                    hole_diameter_mm=0.0,
-                    threads=self.recipe.run.threads,
-                    stop=stop,
-                )
+                heights, apart_mm, blur_mm2 = measured(points, sample, setup, stop)
                 check_place(report, placing, sample, heights)
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
         trace = self._lying.trace(time_utc=began, scan=scanned)
-        blurred = blur_mm2(points, cell_mm, min(sample.pitch_mm, apart_mm))
-        comparison = compared(report.settle(), heights, self.recipe, trace, apart_mm, blurred)
+        comparison = compared(report.settle(), heights, self.recipe, trace, apart_mm, blur_mm2)
         comparison = comparison if self.history is None else self.history.keep_comparison(comparison, report)
         return comparison, Cleaned(points, image, few, scanned, place.of_another(debulked_scan))
 

@@ -44,6 +44,17 @@ def test_a_window_off_the_grid_is_empty(box_mm):
     assert not grid.values[grid.around(np.array(box_mm, dtype=np.float64).reshape(2, 2), 1.0)].size
 
 
+@pytest.mark.parametrize("box_mm", [(-3, 102, 0, 104), (-7, 99, -4, 101), (8, 108, 12, 111), (-20, 80, -10, 90)])
+def test_a_part_over_a_box_is_what_a_wider_grid_holds_with_nan_beyond(box_mm):
+    values = np.arange(20.0 * 30, dtype=np.float32).reshape(20, 30)
+    wide = Grid(np.pad(values, 50, constant_values=np.nan), np.array([-30.0, 75.0]), 0.5)
+    box = np.array(box_mm, dtype=np.float64).reshape(2, 2)
+    part, whole = Grid(values, np.array([-5.0, 100.0]), 0.5).over(box, 1.0), wide.part(*wide.around(box, 1.0))
+    np.testing.assert_array_equal(part.values, whole.values)
+    np.testing.assert_array_equal(part.origin_mm, whole.origin_mm)
+    assert part.values.dtype == np.float32
+
+
 def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():
     grid = Grid(np.zeros((4, 5)), np.zeros(2), 1.0)
     grid.part(slice(0, 4), slice(0, 5)).values[:] = np.nan

@@ -20,8 +20,14 @@ class Limits:
 
 
 LIMITS = Limits()
+_COARSER = 1.3  # spacings of the height map: points farther apart than this do not give it all that it could show
 _WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, for being narrow
 _NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
+
+
+def is_coarser(pitch_mm: float, spacing_mm: float) -> bool:
+    """Return whether points lie so far apart that a map of this spacing does not show more than they do."""
+    return _COARSER * spacing_mm < pitch_mm < np.inf
 
 
 def check_reference(pitch_mm: float, count: int, recipe: Recipe) -> None:
