@@ -88,6 +88,7 @@ _KINDS = {
     "model_attributes_type": "a table of settings",
     "string_type": "text",
     "string_too_short": "text",
+    "string_unicode": "text",
     "string_too_long": "a shorter text",
     "string_pattern_mismatch": "letters, digits, dots, - and _",
     "tuple_type": "a list of numbers",
@@ -100,6 +101,8 @@ def _expected(kind: str, context: Mapping[str, Any]) -> str:
     if kind in _LIMITS:
         key, words = _LIMITS[kind]
         return f"a number {words} {context[key]:g}"
+    if kind == "too_long":
+        return f"at most {context['max_length']} values"
     if kind == "literal_error":
         return str(context["expected"])
     return _KINDS.get(kind, kind.replace("_", " "))
