@@ -9,25 +9,29 @@
 # A run begins with tests/fuzz/corpus.tar.xz. What raised the coverage stays in build/fuzz_corpus, and the next run goes on
 # from there. An input that fails is kept in build/fuzz_corpus/failed, and the run ends with an error.
 set -euo pipefail
-export python=$1 seconds=$2 runs=${3:--1} seed=${4:-0} PYTHONHASHSEED=0
+python=$1 seconds=$2 runs=${3:--1} seed=${4:-0}
+export PYTHONHASHSEED=0
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-export root corpus=$root/build/fuzz_corpus
+corpus=$root/build/fuzz_corpus
 mkdir -p "$corpus/failed"
 tar -xJf "$root/tests/fuzz/corpus.tar.xz" -C "$corpus" --skip-old-files
 (cd "$root" && cmake --preset fuzz && cmake --build --preset fuzz) >"$corpus/build.log"
 
-one() {
-    local program=("$python" "$root/tests/fuzz/fuzz.py" "$1")
-    [ "$1" = readers ] && program=("$root/build/fuzz/tests/fuzz/fuzz_readers")
-    mkdir -p "$corpus/$1"
-    local log=$corpus/$1.log status=0
-    "${program[@]}" "$corpus/$1" "-max_total_time=$seconds" "-runs=$runs" "-seed=$seed" -timeout=60 "-artifact_prefix=$corpus/failed/$1-" \
-        >"$log" 2>&1 || status=1
-    echo "debulk: fuzzed $1: $(grep -o 'Done [0-9]* runs.*' "$log" || echo FAILED)"
-    [ $status -eq 0 ] || tail -n 40 "$log"
-    return $status
+options=("-max_total_time=$seconds" "-runs=$runs" "-seed=$seed" -timeout=60)
+mkdir -p "$corpus/readers"
+"$root/build/fuzz/tests/fuzz/fuzz_readers" "$corpus/readers" "-artifact_prefix=$corpus/failed/readers-" "${options[@]}" >"$corpus/readers.log" 2>&1 &
+readers=$! status=0
+"$python" "$root/tests/fuzz/fuzz.py" "$corpus" "${options[@]}" >>"$corpus/build.log" 2>&1 || {
+    status=1
+    grep -v Instrumenting "$corpus/build.log" | tail -n 20
 }
-export -f one
+wait $readers || status=1
 
-targets=$(cd "$root/tests/fuzz" && "$python" -c 'from targets import TARGETS; print(*TARGETS, sep="\n")')
-printf '%s\n' readers "$targets" | xargs -P 2 -I{} bash -c 'one {}'
+for log in "$corpus"/*.log; do
+    name=$(basename "$log" .log)
+    [ "$name" = build ] && continue
+    ended=$(grep -o 'Done [0-9]* runs.*' "$log") || { ended=FAILED status=1; }
+    echo "debulk: fuzzed $name: $ended"
+    [ "$ended" != FAILED ] || tail -n 40 "$log"
+done
+exit $status

@@ -19,9 +19,9 @@ function(debulk_room name)
   install(TARGETS debulk_${name} EXPORT debulk ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cpp)
 endfunction()
 
-# One test executable a room. Under a sanitizer its sources are compiled four at a time: half of what the compiler makes of
-# each is the templates of all. No two may then have one name for two things.
-option(DEBULK_UNITY_TESTS "Compile the tests of a room together" OFF)
+# One test executable a room. Its sources are compiled four at a time: half of what the compiler makes of each is the templates
+# of all. No two may then have one name for two things. Off, each is by itself, as an editor's tools want them.
+option(DEBULK_UNITY_TESTS "Compile the tests of a room together" ON)
 function(debulk_room_test room)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES" ${ARGN})
   add_executable(test_${room} ${ARG_SOURCES})

@@ -43,7 +43,8 @@ def one_input(target: str, data: bytes) -> bool:
     """Load the bytes, of which the first chooses the ending; return whether they were accepted."""
     endings, load = TARGETS[target]
     ending, data = endings[data[0] % len(endings)] if data else endings[0], data[1:]
-    path = FOLDER / ("layup.toml" if target == "layup" else f"file{ending}")
+    path = FOLDER / target / ("layup.toml" if target == "layup" else f"file{ending}")
+    path.parent.mkdir(exist_ok=True)
     path.write_bytes(data)
     try:
         with warnings.catch_warnings():

@@ -13,7 +13,7 @@
 #include "debulk/surface/front_end.hpp"
 #include "looking_down.hpp"
 
-namespace debulk {
+namespace debulk::changing_scan_test {
 namespace {
 
 constexpr int width = 160, height = 100, rounds = 50;
@@ -84,4 +84,4 @@ TEST(ChangingScan, CrashesNoHeightMap) {
 }
 
 }  // namespace
-}  // namespace debulk
+}  // namespace debulk::changing_scan_test
