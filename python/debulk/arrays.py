@@ -104,9 +104,9 @@ def outline(value: ArrayLike, name: str) -> Floats:
             f"{name}: expected corners within {LARGEST_MM / 1000:g} m of the mold frame's origin, but got one at "
             f"{farthest:.4g} mm: check its unit and frame"
         )
-    crossing = _crossing(polygon)
-    if crossing is not None:
-        first, second, (x, y) = crossing
+    crosses = crossing(polygon, np.roll(polygon, -1, axis=0))
+    if crosses is not None:
+        first, second, (x, y) = crosses
         raise InputError(
             f"{name}: expected an outline that does not cross itself, but its sides {first + 1} and {second + 1} cross "
             f"near ({x:.4g}, {y:.4g}) mm; list the corners in their order round the ply"
@@ -231,14 +231,13 @@ def whole(value: float, name: str) -> int:
     return int(number)
 
 
-def _crossing(polygon: Floats) -> tuple[int, int, Floats] | None:
-    """Find two sides that cross, and where.
+def crossing(polygon: Floats, ends: Floats) -> tuple[int, int, Floats] | None:
+    """Find two sides, from (N, 2) corners to their ends, that cross, and where.
 
     Consecutive sides are taken together in groups, and only groups whose bounding boxes meet are compared, side by
     side. So many short sides take hardly longer than few.
     """
     count = len(polygon)
-    ends = np.roll(polygon, -1, axis=0)
     low, high = np.minimum(polygon, ends), np.maximum(polygon, ends)
     first = np.arange(0, count, _GROUP)
     one, other = _meeting(np.minimum.reduceat(low, first), np.maximum.reduceat(high, first))

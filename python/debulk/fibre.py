@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core, arrays
+from debulk import _core, arrays, rings
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.arrays import Floats
@@ -116,7 +116,7 @@ def measure(
         Two angles in degrees, counter-clockwise from mold +x, or a Grid of them, (ny, nx, 2), NaN where nothing is
         known. Lines follow a grid of angles, and end where it is not known.
     ply_outline
-        (M, 2), mold XY, mm. None: the ends of the lines are unknown.
+        As for an `Inspector`, mold XY, mm. None: the ends of the lines are unknown.
     thickness_mm
         Thickness of the ply along the mold's normal.
     mold_tol_mm
@@ -166,7 +166,7 @@ def measure(
     heights = _core.fibre.Heights(values, height_map.origin_mm, height_map.spacing_mm)
     size = height_map.spacing_mm * (np.array(values.shape[::-1]) - 1)
     box = np.stack([height_map.origin_mm, height_map.origin_mm + size])
-    outline = None if ply_outline is None else arrays.outline(ply_outline, "ply_outline")
+    outline = None if ply_outline is None else rings.outline(ply_outline, "ply_outline")
     stop = _core.Stop()
     lines = lines_over(fibre_angles_deg, outline, box, wanted, stop)
     return from_core(_core.fibre.measure_excess(lines, heights, reference, True, wanted, stop))

@@ -33,6 +33,7 @@ PYTHON_BELOW = (
     "build",
     "debulk",
     "arrays",
+    "rings",
     "foreign",
     "origin",
     "stopping",

@@ -25,13 +25,13 @@ namespace {
 std::vector<double> crossings(const Polygon& ply, const Eigen::Vector2d& from, const Eigen::Vector2d& way) {
   const Eigen::Vector2d across(-way.y(), way.x());
   std::vector<double> out;
-  for (std::size_t k = 0; k < ply.size(); ++k) {
-    const Eigen::Vector2d a = ply[k] - from, b = ply[(k + 1) % ply.size()] - from;
+  for_sides(ply, [&](const Eigen::Vector2d& one, const Eigen::Vector2d& other) {
+    const Eigen::Vector2d a = one - from, b = other - from;
     const double aside = a.dot(across), beyond = b.dot(across);
-    if ((aside < 0) == (beyond < 0)) continue;
+    if ((aside < 0) == (beyond < 0)) return;
     const double share = aside / (aside - beyond);
     out.push_back((1 - share) * a.dot(way) + share * b.dot(way));
-  }
+  });
   std::sort(out.begin(), out.end());
   return out;
 }

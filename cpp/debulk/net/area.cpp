@@ -23,26 +23,25 @@ struct Rows {
 std::vector<std::vector<double>> crossings(const Polygon& polygon, const Rows& rows) {
   std::vector<std::vector<double>> x(static_cast<std::size_t>(rows.count));
   const auto row_near = [&](double y) { return static_cast<int>(std::clamp((y - rows.low) / rows.height, -2.0, rows.count + 2.0)); };
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    const Eigen::Vector2d &a = polygon[k], &b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     const int first = std::max(0, row_near(std::min(a.y(), b.y())) - 1);
     const int last = std::min(rows.count - 1, row_near(std::max(a.y(), b.y())) + 1);
     for (int j = first; j <= last; ++j) {
       const double y = rows.y(j);
       if ((a.y() > y) != (b.y() > y)) x[static_cast<std::size_t>(j)].push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
     }
-  }
+  });
   for (std::vector<double>& row : x) std::sort(row.begin(), row.end());
   return x;
 }
 
 // Whether the ply's edge may run through the box.
 bool may_cut(const Polygon& ply, const Box& box) {
-  for (std::size_t k = 0; k < ply.size(); ++k) {
-    const Eigen::Vector2d &a = ply[k], &b = ply[k + 1 == ply.size() ? 0 : k + 1];
-    if ((a.cwiseMin(b).array() <= box.high.array()).all() && (a.cwiseMax(b).array() >= box.low.array()).all()) return true;
-  }
-  return false;
+  bool may = false;
+  for_sides(ply, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    may |= (a.cwiseMin(b).array() <= box.high.array()).all() && (a.cwiseMax(b).array() >= box.low.array()).all();
+  });
+  return may;
 }
 
 }  // namespace

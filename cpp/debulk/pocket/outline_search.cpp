@@ -8,12 +8,11 @@
 namespace debulk {
 
 OutlineSearch::OutlineSearch(const Polygon& polygon) : polygon_(polygon) {
-  for (std::size_t first = 0; first < polygon_.size(); first += group) {
-    Box box{polygon_[first], polygon_[first]};
-    for (std::size_t k = first + 1; k <= std::min(first + group, polygon_.size()); ++k) {
-      const Eigen::Vector2d& p = polygon_[k == polygon_.size() ? 0 : k];
-      box.low = box.low.cwiseMin(p), box.high = box.high.cwiseMax(p);
-    }
+  for_sides(polygon_, [this](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { sides_.push_back({a, b}); });
+  for (std::size_t first = 0; first < sides_.size(); first += group) {
+    Box box{sides_[first][0], sides_[first][0]};
+    for (std::size_t k = first; k < std::min(first + group, sides_.size()); ++k)
+      for (const Eigen::Vector2d& p : sides_[k]) box.low = box.low.cwiseMin(p), box.high = box.high.cwiseMax(p);
     boxes_.push_back(box);
   }
 }
@@ -22,8 +21,8 @@ bool OutlineSearch::inside(const Eigen::Vector2d& point) const {
   bool odd = false;
   for (std::size_t g = 0; g < boxes_.size(); ++g) {
     if (boxes_[g].low.y() > point.y() || boxes_[g].high.y() < point.y() || boxes_[g].high.x() + 1e-6 < point.x()) continue;
-    for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
-      const Eigen::Vector2d &a = polygon_[k], &b = polygon_[k + 1 == polygon_.size() ? 0 : k + 1];
+    for (std::size_t k = g * group; k < std::min((g + 1) * group, sides_.size()); ++k) {
+      const auto& [a, b] = sides_[k];
       if ((a.y() > point.y()) == (b.y() > point.y())) continue;
       const double x = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
       if (point.x() < x) odd = !odd;
@@ -34,8 +33,8 @@ bool OutlineSearch::inside(const Eigen::Vector2d& point) const {
 
 OutlineSearch::Nearest OutlineSearch::nearest(const Eigen::Vector2d& point, Nearest best) const {
   const auto try_group = [&](std::size_t g) {
-    for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
-      const Eigen::Vector2d &a = polygon_[k], &b = polygon_[k + 1 == polygon_.size() ? 0 : k + 1];
+    for (std::size_t k = g * group; k < std::min((g + 1) * group, sides_.size()); ++k) {
+      const auto& [a, b] = sides_[k];
       const Eigen::Vector2d side = b - a;
       const double length2 = side.squaredNorm();
       const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
@@ -79,8 +78,8 @@ double OutlineSearch::way_out(const Eigen::Vector2d& from, const Eigen::Vector2d
     // A box that is clear of the line, by more than rounding, has no side that crosses it.
     const Eigen::Vector2d half = 0.5 * (boxes_[g].high - boxes_[g].low), middle = 0.5 * (boxes_[g].low + boxes_[g].high) - from;
     if (std::abs(cross(middle, direction)) > half.x() * std::abs(direction.y()) + half.y() * std::abs(direction.x()) + 1e-6) continue;
-    for (std::size_t k = g * group; k < std::min((g + 1) * group, polygon_.size()); ++k) {
-      const Eigen::Vector2d before = polygon_[k] - from, here = polygon_[k + 1 == polygon_.size() ? 0 : k + 1] - from;
+    for (std::size_t k = g * group; k < std::min((g + 1) * group, sides_.size()); ++k) {
+      const Eigen::Vector2d before = sides_[k][0] - from, here = sides_[k][1] - from;
       const double beside_before = cross(before, direction), beside = cross(here, direction);
       // Skip a side whose ends lie on the same side of the line.
       if (beside * beside_before > 0 || beside == beside_before) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -34,7 +35,8 @@ class OutlineSearch {
   Nearest nearest(const Eigen::Vector2d& point, Nearest best) const;  // `best` where no other point of the outline is nearer
 
   Polygon polygon_;
-  std::vector<Box> boxes_;  // of the groups
+  std::vector<std::array<Eigen::Vector2d, 2>> sides_;  // their ends
+  std::vector<Box> boxes_;                             // of the groups
 };
 
 }  // namespace debulk

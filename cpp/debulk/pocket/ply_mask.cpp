@@ -10,8 +10,7 @@ namespace {
 // side owns only its lower end) every list has an even length, even if a corner lies on a line.
 std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v, int count) {
   std::vector<std::vector<double>> lines(static_cast<std::size_t>(count));
-  for (std::size_t k = 0; k < polygon.size(); ++k) {
-    Eigen::Vector2d a = polygon[k], b = polygon[k + 1 == polygon.size() ? 0 : k + 1];
+  for_sides(polygon, [&](Eigen::Vector2d a, Eigen::Vector2d b) {
     if (a[v] > b[v]) std::swap(a, b);
     // The value is limited to the lines before it becomes an int, because a corner may lie farther off than an int can
     // hold.
@@ -19,7 +18,7 @@ std::vector<std::vector<double>> crossings(const Polygon& polygon, int u, int v,
     const int end = static_cast<int>(std::ceil(std::clamp(b[v], 0.0, static_cast<double>(count))));
     for (int line = first; line < end; ++line)
       lines[static_cast<std::size_t>(line)].push_back(a[u] + (line - a[v]) / (b[v] - a[v]) * (b[u] - a[u]));
-  }
+  });
   for (auto& line : lines) std::sort(line.begin(), line.end());
   return lines;
 }

@@ -10,13 +10,6 @@
 namespace debulk {
 namespace {
 
-// Calls body(a, b) for every side, the closing one last. Sums are taken relative to the first corner, because far from
-// the origin the products would cancel.
-template <class Body>
-void for_sides(const Polygon& polygon, const Body& body) {
-  for (std::size_t k = 0; k < polygon.size(); ++k) body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
-}
-
 // The squared distance from a point to the nearest point of an outline.
 double nearest_squared(const Polygon& polygon, const Eigen::Vector2d& point) {
   double best = std::numeric_limits<double>::infinity();
@@ -31,6 +24,14 @@ double nearest_squared(const Polygon& polygon, const Eigen::Vector2d& point) {
 
 }  // namespace
 
+bool has_rings(const Polygon& polygon) {
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < polygon.size(); ++k)
+    if (closes(polygon, first, k)) first = k + 1;
+  return first > 0 && first == polygon.size();
+}
+
+// Sums are taken relative to the first corner, because far from the origin the products would cancel.
 double polygon_area(const Polygon& polygon) {
   double twice = 0;
   for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { twice += cross(a - polygon[0], b - polygon[0]); });

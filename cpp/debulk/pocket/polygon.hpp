@@ -7,7 +7,28 @@
 namespace debulk {
 
 // Corners in the XY plane, in order, in mm; closed implicitly: the first corner is not repeated at the end.
+// Or several rings one after another, each of which ends with its first corner again: the outline of a ply with cut-outs.
+// From one ring to the next leads no side, and what lies in an even number of them is outside.
 using Polygon = std::vector<Eigen::Vector2d>;
+
+// Whether a ring that began at corner `first` ends at corner k.
+inline bool closes(const Polygon& polygon, std::size_t first, std::size_t k) {
+  return k >= first + 3 && polygon[k] == polygon[first];
+}
+
+// Whether all corners belong to rings that end with their first corner.
+bool has_rings(const Polygon& polygon);
+
+// Calls body(a, b) for every side in order, the closing one last.
+template <class Body>
+void for_sides(const Polygon& polygon, const Body& body) {
+  const bool rings = has_rings(polygon);
+  for (std::size_t first = 0, k = 0; k < polygon.size(); ++k)
+    if (rings && closes(polygon, first, k))
+      first = k + 1;
+    else
+      body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
+}
 
 // Signed area, mm2: positive if the corners run counter-clockwise; 0 for fewer than three corners.
 double polygon_area(const Polygon& polygon);

@@ -1,4 +1,4 @@
-"""A closed line in a DXF file, read by ezdxf: an extra, imported only here."""
+"""The closed lines in a DXF file, read by ezdxf: an extra, imported only here."""
 
 from __future__ import annotations
 
@@ -42,8 +42,11 @@ class _Line(NamedTuple):
         return f"{width:.4g} x {height:.4g} mm from ({x:.4g}, {y:.4g}) on layer {self.layer[:40]!r}"
 
 
-def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.float64]:
-    """Return the corners of the only closed line, (M, 2) in mm; `mm_per_unit` holds where the file names no unit."""
+def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> list[NDArray[np.float64]]:
+    """Return the corners of the closed line that holds all others, (M, 2) in mm, and of those: cut-outs.
+
+    `mm_per_unit` holds where the file names no unit.
+    """
     try:
         from ezdxf.filemanagement import readfile
     except ImportError:
@@ -65,15 +68,16 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
         raise InputError(f"{path}: not readable DXF: {' '.join(str(error).split())[:120]}") from None
     lines = _joined(path, parts)
     closed = [line for line in lines if line.closed]
-    if len(lines) == len(closed) == 1:
-        corners = closed[0].corners
-        sides = np.roll(corners, -1, axis=0) - corners  # the last corner repeats the first
-        corners = np.ascontiguousarray(corners[np.hypot(*sides.T) > _GAP_MM])
+    closed.sort(key=lambda line: -float(np.prod(np.ptp(line.corners, axis=0))))
+    nested = len(lines) == len(closed) > 0 and all(_holds(closed[0], line) for line in closed[1:])
+    layers = {line.layer.lower() for line in closed}
+    if nested and (len(layers) == 1 or layer is not None):
+        found = [_corners(line) for line in closed]
         try:
-            check_size(path, float(np.ptp(corners, axis=0).max(initial=0.0)), "outline", "mm")
+            check_size(path, float(np.ptp(found[0], axis=0).max(initial=0.0)), "outline", "mm")
         except InputError as error:
             raise InputError(f"{error}: {_unit_said(document)}") from None
-        return corners
+        return found
     where = "" if layer is None else f" on layer {layer[:40]!r}"
     if not lines:
         found = ", ".join(f"{count} {name}" for name, count in others.most_common(6)) or "nothing"
@@ -82,7 +86,19 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> NDArray[np.fl
     raise InputError(
         f"{path}: expected one closed line{where}, got {len(closed)} closed and {len(lines) - len(closed)} open: "
         f"{'; '.join(shown)}: give the layer (layer=...), or keep only the outline in the file"
+        + (", with its cut-outs on its layer" if nested else "")
     )
+
+
+def _holds(outer: _Line, line: _Line) -> bool:
+    """Tell whether a line lies in the box round another; the rings are checked to the corner later."""
+    low, high = outer.corners.min(axis=0), outer.corners.max(axis=0)
+    return bool((line.corners > low).all() and (line.corners < high).all())
+
+
+def _corners(line: _Line) -> NDArray[np.float64]:
+    sides = np.roll(line.corners, -1, axis=0) - line.corners  # the last corner repeats the first
+    return np.ascontiguousarray(line.corners[np.hypot(*sides.T) > _GAP_MM])
 
 
 def _unit_said(document: Any) -> str:
@@ -101,13 +117,14 @@ def _parts(path: Path, document: Any, mm_per_unit: float, layer: str | None) -> 
         if mm_per_unit != _MM_PER_UNIT[named]:
             log.warning("%s: read in %s, as it says itself ($INSUNITS)", path, _UNIT_NAMES[named])
         mm_per_unit = _MM_PER_UNIT[named]
+    wanted = {name.strip().lower() for name in layer.split(",")} if layer is not None else set()
     parts: list[_Line] = []
     others: Counter[str] = Counter()
     for number, entity in enumerate(recursive_decompose(document.modelspace())):
         if number == _MOST_PARTS:
             raise InputError(f"{path}: expected at most {_MOST_PARTS} entities, got more: keep only the outline")
         on = str(entity.dxf.get("layer", "0"))
-        if layer is not None and on.lower() != layer.lower():  # DXF does not tell cases of names apart
+        if wanted and on.lower() not in wanted:  # DXF does not tell cases of names apart
             continue
         if entity.dxftype() not in _CURVES:
             others[entity.dxftype()] += 1

@@ -26,6 +26,7 @@ class Table(NamedTuple):
     numbers: NDArray[np.float64]
     headings: list[tuple[int, str]]  # line numbers and texts
     hint: str  # what may be wrong if the number of columns is another than expected
+    blanks: list[int]  # rows above which an empty line stands, the first one left out
 
 
 def read_small_text(path: Path) -> str:
@@ -46,10 +47,13 @@ def read_table(path: Path, text: str, *, headings: bool) -> Table:
     """
     rows: list[list[float]] = []
     above: list[tuple[int, str]] = []
+    blanks: list[int] = []
     signs = ""
     for number, line in enumerate(text.splitlines(), start=1):
         kept = line.split("#")[0].strip()
         if not kept:
+            if rows and not line.strip():
+                blanks.append(len(rows))
             continue
         words = _numbers(kept)
         if words is None:
@@ -70,7 +74,7 @@ def read_table(path: Path, text: str, *, headings: bool) -> Table:
     if not rows:
         raise InputError(f"{path}: expected a table of numbers, got none")
     hint = " (decimal commas between commas?)" if "." not in signs and len(rows[0]) % 2 == 0 and "," in text else ""
-    return Table(np.array(rows, dtype=np.float64), above, hint)
+    return Table(np.array(rows, dtype=np.float64), above, hint, blanks)
 
 
 def _numbers(text: str) -> list[str] | None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import _core
+from debulk import _core, rings
 from debulk._core import InputError
 from debulk.arguments import of_type, typed
 from debulk.comparison import Comparison
@@ -87,8 +87,9 @@ class Inspector:
         it lies farther than 32.8 m from the origin of the scanner's frame, whole metres are subtracted from it and from
         every scan before they are rounded to float32; the pose adds them again, and the reports say so.
     ply_outline
-        (M, 2) outline of the ply, mold XY, mm, closed from last to first. None means that it is unknown; then no edge
-        of a pocket is free, and the report says so.
+        (M, 2) outline of the ply, mold XY, mm, closed from last to first. Of a ply with cut-outs a list of such arrays,
+        the outside first, or one array with these rings one after another, each of which ends with its first corner
+        again. None means that it is unknown; then no edge of a pocket is free, and the report says so.
     fibre_angles_deg
         The two fibre directions, degrees counter-clockwise from mold +x, projected along z: two numbers, a
         `debulk.Grid` with values (ny, nx, 2), NaN where nothing is known, or a `debulk.net.Drape`, which is read on a
@@ -213,7 +214,7 @@ class Inspector:
         self._running = Running()
 
     def __repr__(self) -> str:
-        edge = "unknown outline" if self.ply_outline is None else f"outline of {len(self.ply_outline)} corners"
+        edge = "unknown outline" if self.ply_outline is None else f"outline of {rings.said(self.ply_outline)}"
         return f"Inspector({edge}, heights every {self.grid_spacing_mm:.4g} mm, {self.recipe!r})"
 
     def __getstate__(self) -> NoReturn:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import rings
 from debulk.grid import Grid
 from debulk.page import map_frame, map_marks
 from debulk.page.heights import MAX_PNG_BYTES, picture
@@ -74,9 +75,11 @@ class PlyMap(NamedTuple):
 
 
 def path(points: NDArray[np.float64], corners: int) -> str:
-    """Return a closed SVG path through (M, 2) points, y up, thinned to the given number of corners."""
-    thin = points[:: max(1, math.ceil(len(points) / corners))]
-    return "M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in thin.tolist()) + "Z"
+    """Return a closed SVG path through each ring of (M, 2) points, y up, thinned to the given number of corners."""
+    parts = rings.split(points)
+    every = max(1, math.ceil(len(points) / corners))
+    thin = [ring[:: min(every, max(1, len(ring) // 4))] for ring in parts] if len(parts) > 1 else [points[::every]]
+    return "".join("M" + "L".join(f"{x:.1f} {-y:.1f}" for x, y in ring.tolist()) + "Z" for ring in thin)
 
 
 class Area(NamedTuple):

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from debulk import rings
 from debulk.results.approval import recipe_hash
 from debulk.results.chain import ChainReport
 from debulk.results.comparison import ComparisonData
@@ -131,7 +132,7 @@ def _geometry(outline: Any, trace: Trace) -> _Entries:
     if trace.fitted_camera is not None:
         origin = "fitted" if trace.camera is None else "given"
         entries.append((f"camera f, cx, cy in pixels, {origin}", _row(trace.fitted_camera)))
-    entries.append(("ply outline", "unknown" if outline is None else f"{len(outline)} corners"))
+    entries.append(("ply outline", "unknown" if outline is None else rings.said(outline)))
     if trace.deadline_s is not None:
         entries.append(("deadline", f"{trace.deadline_s:g} s"))
     return entries

@@ -202,8 +202,9 @@ CHECK_TEXTS = (
         "A flat place with a sharp edge",
         "places that lie off their level by more than half a thickness, flat, and go up or down within a few cells",
         "0.55 thicknesses, and the area of the smallest pocket",
-        "missing ply (INVALID): lay it anew, or give the outline that it has, and a mask over its windows; double ply, "
-        "or something on or below it (UNDECIDED): look at it, put it right, and scan again",
+        "missing ply (INVALID): lay it anew, or give the outline that it has with its cut-outs, or the outer one, and "
+        "a mask over its windows; double ply, or something on or below it (UNDECIDED): look at it, put it right, and "
+        "scan again",
         (INVALID, UNDECIDED),
     ),
     CheckText(

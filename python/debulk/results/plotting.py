@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from debulk import rings
 from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.results.extras import imported
@@ -42,7 +43,8 @@ def plot(report: ReportData, ax: Axes | None = None) -> Axes:
         image = ax.imshow(grid.values, origin="lower", extent=extent, cmap="cividis", norm=norm)
         ax.figure.colorbar(image, ax=ax, label="height above the reference, mm", shrink=0.8)
     if report.ply_outline_mm is not None:
-        ax.plot(*_closed(report.ply_outline_mm), color="white", linewidth=1.0)
+        for ring in rings.split(report.ply_outline_mm):
+            ax.plot(*_closed(ring), color="white", linewidth=1.0)
         low, high = report.ply_outline_mm.min(axis=0) - _MARGIN_MM, report.ply_outline_mm.max(axis=0) + _MARGIN_MM
         ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))  # beside the ply the scan does not show its height
     names = [text for pocket in report.pockets if (text := _draw(pocket, ax, report.limit_mm)) is not None]

@@ -465,7 +465,8 @@ class ReportData(Versioned):
     runs
         The fibre lines that are too long, from which `debulk.Report.rework` follows; None: they were not read.
     ply_outline_mm
-        (M, 2), mold XY; None means unknown.
+        (M, 2), mold XY; of a ply with cut-outs its rings one after another, the outside first, each of which ends with
+        its first corner again. None means unknown.
     recipe
         Settings, section by section; ``debulk.Recipe(**report.recipe)`` restores them.
     source

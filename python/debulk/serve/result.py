@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import rings
 from debulk.inspection.inspector import Inspector
 from debulk.report import Report
 from debulk.results.advice import Deed, advice
@@ -148,8 +149,9 @@ def _of_job(job: Job, verdict: Verdict, reason: str, **more: Any) -> Result:
 
 
 def _outline(outline_mm: NDArray[np.float64] | None) -> tuple[tuple[float, float], ...]:
-    """Return an outline for a small picture, with as many corners as it can show."""
+    """Return the outside of an outline for a small picture, with as many corners as it can show."""
     if outline_mm is None or not len(outline_mm):
         return ()
-    some = outline_mm[:: math.ceil(len(outline_mm) / _MOST_CORNERS)]
+    outside = rings.split(outline_mm)[0]
+    some = outside[:: math.ceil(len(outside) / _MOST_CORNERS)]
     return tuple((float(x), float(y)) for x, y in some)

@@ -36,6 +36,20 @@ TEST(FibreLines, CoverThePlyInBothDirectionsAtAnyAngle) {
   }
 }
 
+TEST(FibreLines, AreDividedByACutOut) {
+  Polygon ply = kSquare;
+  for (const Eigen::Vector2d& p : {ply[0], Eigen::Vector2d(40, 40), {40, 60}, {60, 60}, {60, 40}, {40, 40}}) ply.push_back(p);
+  const FibreOptions options;
+  const AngleField field(2, 2, {0, 0}, 100.0, Eigen::Vector2d(0, M_PI / 2));
+  for (const auto& lines : {straight_lines({0, M_PI / 2}, ply, kBox, options), field_lines(field, ply, kBox, options, Stop())}) {
+    for (const int family : {0, 1}) EXPECT_NEAR(covered(lines, family, options.apart), 9600, 350);
+    for (const FibreLine& line : lines) {
+      EXPECT_TRUE(line.to_edge[0] && line.to_edge[1]);
+      for (int k = 1; k + 1 < line.count; ++k) EXPECT_TRUE(inside(ply, line.at(k)));
+    }
+  }
+}
+
 TEST(FibreLines, AreDividedByANotch) {
   const Polygon notched{{0, 0}, {100, 0}, {100, 100}, {60, 100}, {60, 30}, {40, 30}, {40, 100}, {0, 100}};
   int pieces = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "debulk/core/error.hpp"
+#include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
 namespace {
@@ -50,6 +51,29 @@ TEST(Polygon, DeepestPointIsTheCentreOfTheLargestCircleInside) {
   EXPECT_NEAR(p.x(), r, 5e-3);
   EXPECT_NEAR(p.y(), r, 5e-3);
   EXPECT_TRUE(inside(kL, p));
+}
+
+TEST(Polygon, RingsAreCutOutWithoutASideBetweenThem) {
+  const Polygon ply{{0, 0}, {10, 0}, {10, 10}, {0, 10}, {0, 0}, {4, 4}, {4, 6}, {6, 6}, {6, 4}, {4, 4}, {1, 7}, {1, 9}, {3, 9}, {1, 7}};
+  ASSERT_TRUE(has_rings(ply));
+  EXPECT_FALSE(has_rings(kL));
+  EXPECT_FALSE(has_rings({{0, 0}, {2, 0}, {2, 2}, {0, 0}, {-2, -2}, {-2, 0}}));  // it touches itself at its first corner
+  EXPECT_DOUBLE_EQ(polygon_area(ply), 100 - 4 - 2);
+  EXPECT_DOUBLE_EQ(polygon_perimeter(ply), 40 + 8 + 4 + std::sqrt(8.0));
+  EXPECT_EQ(checked_polygon(ply, "ply_outline"), ply);
+  Polygon slit = ply;  // joined by slits and back where it began, it is the same
+  slit.push_back(ply[0]);
+  EXPECT_EQ(checked_polygon(slit, "ply_outline"), ply);
+  const OutlineSearch search(ply);
+  for (const auto& [place, on] : {std::pair<Eigen::Vector2d, bool>{{2, 2}, true}, {{5, 5}, false}, {{1.5, 8.5}, false}, {{5, 8}, true}}) {
+    EXPECT_EQ(inside(ply, place), on);
+    EXPECT_EQ(search.inside(place), on);
+    EXPECT_EQ(search.distance(place), distance_to_outline(ply, place));
+  }
+  EXPECT_NEAR(distance_to_outline(ply, {2, 2}), 2, 1e-15);  // to the outside, past the way from ring to ring
+  EXPECT_NEAR(distance_to_outline(ply, {5, 5}), 1, 1e-15);
+  EXPECT_NEAR(search.way_out({1, 5}, {1, 0}), 3, 1e-12);
+  EXPECT_NEAR(search.way_out({2, 2}, {1, 0}), 8, 1e-12);
 }
 
 TEST(Polygon, IsCheckedAndTurnedCounterClockwise) {

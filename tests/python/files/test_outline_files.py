@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from debulk import InputError, files
+from debulk import InputError, files, rings
 
 ANGLES = np.linspace(0, math.tau, 13)
 CORNERS = [(0, 0), (400, 0), (400, 300), (0, 300)]
@@ -183,6 +183,23 @@ class TestDxf:
         star = lambda space, _: [space.add_line((0, 0), end) for end in CORNERS[1:]]  # noqa: E731
         self.refused(drawn, star, "more than two lines meet at (0, 0) mm")
         self.refused(drawn, lambda space, _: space.add_circle((0, 0), 1e12), "a radius of 1e+12")
+
+    def test_one_closed_line_holds_cut_outs(self, drawn):
+        window = [(100, 100), (180, 100), (180, 160), (100, 160)]
+        on = lambda *named: (
+            lambda space, _: [  # noqa: E731
+                space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer}) for corners, layer in named
+            ]
+        )
+        expected = rings.outline([CORNERS, window], "o")
+        np.testing.assert_array_equal(drawn(on((window, "1"), (CORNERS, "1"))), expected)
+        mark = [(20, 20), (40, 20), (40, 40)]
+        aama = on((CORNERS, "1"), (window, "11"), (mark, "8"))
+        np.testing.assert_array_equal(drawn(aama, layer="1, 11"), expected)
+        np.testing.assert_array_equal(drawn(aama, layer="1"), CORNERS)
+        self.refused(drawn, aama, "got 3 closed and 0 open", "with its cut-outs on its layer")
+        moved = [(x + 10, y) for x, y in window]
+        self.refused(drawn, on((CORNERS, "1"), (window, "1"), (moved, "1")), "cut-out 2: expected rings that lie apart")
 
     def test_blocks_are_taken_apart(self, drawn):
         def block(space, document):

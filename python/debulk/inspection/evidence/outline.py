@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from debulk import pocket
+from debulk import pocket, rings
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.pieces import grown
 
 STRETCH_MM = 40.0  # length of a stretch along the outline, and the strips' reach to each side of it
 _STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline
+_ACROSS = 100  # places across a cut-out at which it is looked at, at most
 BESIDE_MM = 2 * _STRIP_MM  # of an edge: so near a scan may have points between both levels, and show it from the side
 PAST_MIDDLE = 0.55  # of the height of an edge: just beyond the half that its middle has in a blurred scan
 
@@ -26,9 +27,14 @@ class Outline:
     `places_mm` and `normals` are (N, 2) points along it, `step_mm` apart, and the outward unit normals there;
     `offsets_mm` (K,) are the distances of the strips' middles from it, positive outside it. `stretches` is the number
     of stretches of equally many places, of about 40 mm.
+
+    `whole_mm` is the outline of which the corners are a ring; None: it is the only one.
     """
 
-    def __init__(self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None) -> None:
+    def __init__(
+        self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None, whole_mm: Floats | None = None
+    ) -> None:
+        whole_mm = corners_mm if whole_mm is None else whole_mm
         ends = np.roll(corners_mm, -1, axis=0)
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
         along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -43,23 +49,40 @@ class Outline:
         along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-        if pocket.polygon_area(corners_mm) < 0:
+        if pocket.polygon_area(whole_mm) < 0:
             normal = -normal
         self.offsets_mm = np.arange(-STRETCH_MM + 0.5 * _STRIP_MM, STRETCH_MM, _STRIP_MM)
         xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
         # At corners a strip's points may lie on the other side of another stretch; these are not used.
-        inside = pocket.inside(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
-        near = pocket.distance_to_outline(corners_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        inside = pocket.inside(whole_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        near = pocket.distance_to_outline(whole_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
         self._xy, self._own = xy, own
         self.places_mm, self.normals = points, normal
         self.step_mm = float(along_mm[-1]) / (count * steps)
         self.stretches = count
         self.bare_mm = np.zeros(own.shape) if bare_mm is None else bare_mm(xy.reshape(-1, 2)).reshape(own.shape)
+        self._corners, self._bare, self._cut_out = corners_mm, bare_mm, not np.array_equal(whole_mm[0], corners_mm[0])
 
     def strips(self, heights: Grid) -> Floats:
         """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
         return np.where(self._own, heights.at(self._xy), np.nan)
+
+    def within(self, heights: Grid) -> Floats:
+        """Return (N,) heights of a map above the bare mold in the middle of a cut-out; of the outer edge none.
+
+        Its middle is the half of it that is farthest from its edge, by which a blurred scan shows the mold too high.
+        """
+        if not self._cut_out:
+            return np.empty(0)
+        low, high = self._corners.min(axis=0), self._corners.max(axis=0)
+        step = max(heights.spacing_mm, float(np.max(high - low)) / _ACROSS)
+        xy = np.stack(np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low, high, strict=True))), axis=-1)
+        xy = xy[pocket.inside(self._corners, xy.reshape(-1, 2)).reshape(xy.shape[:2])]
+        off = pocket.distance_to_outline(self._corners, xy)
+        xy = xy[off >= 0.5 * off.max(initial=0.0)]
+        above = heights.at(xy) - (0.0 if self._bare is None else self._bare(xy))
+        return np.asarray(above[np.isfinite(above)])
 
     def lines(self, heights: Grid, offsets_mm: Floats, step_mm: float) -> Floats:
         """Return heights (M, K) of a map along lines parallel to the outline, some `step_mm` apart; NaN: not known."""
@@ -79,6 +102,11 @@ class Outline:
         """
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
         return np.where(grown(np.abs(out) > off_mm, round(BESIDE_MM / _STRIP_MM)), np.nan, out)
+
+
+def outlines_of(ply_outline: Floats, bare_mm: Callable[[Floats], Floats]) -> list[Outline]:
+    """Return the edges of a ply, the outer one first, then those of its cut-outs."""
+    return [Outline(ring, bare_mm, ply_outline) for ring in rings.split(ply_outline)]
 
 
 def edge_seen(heights: Grid, bare_mm: Callable[[Floats], Floats], thickness_mm: float) -> Outline | None:

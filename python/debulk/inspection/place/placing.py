@@ -13,7 +13,7 @@ from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason, width_of
-from debulk.inspection.evidence.outline import Outline, edge_seen
+from debulk.inspection.evidence.outline import Outline, edge_seen, outlines_of
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
 from debulk.inspection.evidence.two_layers import layers_apart_mm, layers_reason
@@ -60,7 +60,7 @@ class Placing:
     """Checks scan after scan. Everything that does not depend on the scan is prepared in the constructor.
 
     The ply may be thinner than the recipe says, down to `least_mm`. `zones` are where its level is read, and `outline`
-    serves the checks of its edge; None: it is not known.
+    serves the checks of its outer edge; None: it is not known.
     """
 
     def __init__(self, setup: Setup, least_mm: float | None = None) -> None:
@@ -73,9 +73,9 @@ class Placing:
         frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
-        self.outline = None if ply_outline is None else Outline(ply_outline, prepared.bare_mm)
-        if self.outline is not None:
-            self._missed = self._missed_at(self.outline)
+        edges = [] if ply_outline is None else outlines_of(ply_outline, prepared.bare_mm)
+        self.outline = edges[0] if edges else None
+        self._edges = [(edge, self._missed_at(edge)) for edge in edges]  # the outer one, and those of the cut-outs
         self.zones = PlyZones(ply_outline, low, high)
         self._beyond = self._beyond_reference()
         self._steep = None if self._beyond else too_steep(setup)
@@ -162,18 +162,22 @@ class Placing:
                 return placed
             finding = ply_edge.low_step(edge, edge.strips(heights) - self._missed_at(edge), self._least_mm)
             return replace(placed, finding=finding, edge=edge)
-        recipe, strips = self._recipe, self.outline.strips(heights)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        thickness_mm, most_mm = self._thickness_mm, excess.of_ridge(options.counts_from_mm(recipe), recipe)
-        finding = (
-            ply_edge.misfit(
-                self.outline, strips, thickness_mm, recipe.segmentation.cut_height_mm, recipe.level.largest_edge_share
-            )
-            or ply_edge.left_out(self.outline, strips - self._missed, thickness_mm, raised_mm, heights.spacing_mm)
-            or ply_edge.longer_outside(self.outline, heights, self._missed, raised_mm + thickness_mm, most_mm)
-            or ply_edge.low_step(self.outline, strips - self._missed, self._least_mm)
-        )
+        found = (self._of_edge(edge, heights, missed, raised_mm) for edge, missed in self._edges)
+        finding = next(filter(None, found), None)
         return placed if finding is None else replace(placed, finding=finding)
+
+    def _of_edge(self, edge: Outline, heights: Grid, missed: Floats, raised_mm: float) -> Finding | None:
+        recipe, thickness_mm, strips = self._recipe, self._thickness_mm, edge.strips(heights)
+        cut_mm, share = recipe.segmentation.cut_height_mm, recipe.level.largest_edge_share
+        most_mm = excess.of_ridge(options.counts_from_mm(recipe), recipe)
+        return (
+            ply_edge.covered(edge, heights, thickness_mm)
+            or ply_edge.misfit(edge, strips, thickness_mm, cut_mm, share)
+            or ply_edge.left_out(edge, strips - missed, thickness_mm, raised_mm, heights.spacing_mm)
+            or ply_edge.longer_outside(edge, heights, missed, raised_mm + thickness_mm, most_mm)
+            or ply_edge.low_step(edge, strips - missed, self._least_mm)
+        )
 
     def _missed_at(self, edge: Outline) -> Floats:
         """Return by how much the reference stands above its surface beside an edge."""

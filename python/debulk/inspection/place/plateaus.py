@@ -72,7 +72,10 @@ def findings(plateaus: tuple[Plateau, ...], thickness_mm: float) -> list[Finding
                 f"the ply is missing over {place}: with a sharp edge the scan goes down to {left_mm:.2f} mm above the "
                 "reference there: torn, cut out or folded away?"
             )
-            remedy = "lay it anew, or give the outline that it has, and a mask over its windows"
+            remedy = (
+                "lay it anew, or give the outline that it has with its cut-outs, or the outer one, and a mask over its "
+                "windows"
+            )
         else:
             reason = (
                 f"the ply lies {one.off_mm:.2f} mm too high over {place}, flat and with a sharp edge, as air does not "

@@ -117,6 +117,23 @@ def low_step(outline: Outline, values: Floats, thickness_mm: float) -> Finding |
     return Finding("level", Verdict.INVALID, reason, step, least, "mm")
 
 
+def covered(outline: Outline, heights: Grid, thickness_mm: float) -> Finding | None:
+    """Say that ply lies where the outline has a cut-out; None: it does not, or the outline is the outer one.
+
+    However small a cut-out is, fibres that run on over it would be judged as if they ended there.
+    """
+    above = outline.within(heights)
+    limit_mm = PAST_MIDDLE * thickness_mm
+    if not len(above) or (middle_mm := float(np.median(above))) <= limit_mm:
+        return None
+    place = outline.places_mm.mean(axis=0)
+    reason = (
+        f"the outline has a cut-out round {in_mm(place)} that is not there: within it the scan stands {middle_mm:.2f} "
+        "mm above the bare mold; check that the outline is this ply's, and in the mold's frame"
+    )
+    return Finding("ply_edge", Verdict.INVALID, reason, middle_mm, limit_mm, "mm", xy_of(place))
+
+
 def misfit(outline: Outline, values: Floats, thickness_mm: float, cut_height_mm: float, most: float) -> Finding | None:
     """Say where the outline does not fit, if the ply's edge lies elsewhere along more than this share of it, or far."""
     off_mm = edges_mm(outline, values, thickness_mm, cut_height_mm)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import arrays
+from debulk import arrays, rings
 from debulk._core import InputError
 from debulk.arrays import Floats
 from debulk.grid import Grid
@@ -76,8 +76,8 @@ def laid(
     """
     if not isinstance(angles, Draping):
         return angles
-    try:
-        return _sampled(angles.on(reference, ply_outline))
+    try:  # over cut-outs, too: round them the net might close with another number of nodes on each side
+        return _sampled(angles.on(reference, None if ply_outline is None else rings.split(ply_outline)[0]))
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 

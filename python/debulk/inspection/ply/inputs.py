@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from debulk import arrays
+from debulk import arrays, rings
 from debulk._core import InputError
 from debulk.arguments import of_type
 from debulk.arrays import Floats
@@ -38,8 +38,8 @@ def check_sheet(recipe: Recipe) -> None:
 
 
 def outline(value: ArrayLike | None) -> Floats | None:
-    """Return the (M, 2) corners of the ply, without a last corner that repeats the first."""
-    return None if value is None else kept(arrays.outline(value, "ply_outline"))
+    """Return the (M, 2) corners of the ply; see `rings`."""
+    return None if value is None else kept(rings.outline(value, "ply_outline"))
 
 
 def pose(value: ArrayLike | None) -> Floats | None:

@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk import _core
+from debulk import _core, rings
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence import flying
 from debulk.inspection.evidence.cloud_image import CloudImage
@@ -219,14 +219,15 @@ def _ground(setup: Setup) -> tuple[NDArray[np.float32], Bools, Floats, float]:
     )
     ny, nx = seen.values.shape  # of which the ply may be a small part
     every = [[0, 0], [nx - 1, 0], [nx - 1, ny - 1], [0, ny - 1]]
-    outline = np.array(every if setup.outline is None else seen.cells(setup.outline), dtype=np.int32)
+    edges = [np.array(every)] if setup.outline is None else [seen.cells(ring) for ring in rings.split(setup.outline)]
+    outline = np.asarray(edges[0], dtype=np.int32)  # its cut-outs lie within it
     reach = round(ply_edge.LIMITS.blur_mm / float(seen.spacing_mm))
     low, high = np.clip([outline.min(axis=0) - reach, outline.max(axis=0) + reach + 1], 0, (nx, ny)).astype(np.int32)
     rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
     at = np.meshgrid(column[columns], row[rows])
     between = cv2.remap(coarse, at[0], at[1], cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     inside = np.zeros(between.shape, np.uint8)
-    cv2.fillPoly(inside, [outline - low], 1)
+    cv2.fillPoly(inside, [np.asarray(edge, dtype=np.int32) - low for edge in edges], 1)
     near = cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1)))
     ground, outside = np.full((ny, nx), np.nan, np.float32), np.ones((ny, nx), np.bool_)
     outside[rows, columns] = inside == 0
