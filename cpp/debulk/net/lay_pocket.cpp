@@ -40,6 +40,20 @@ Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centro
   return deep && inside(outline, centroid) ? centroid : deepest_point(outline);
 }
 
+// A pocket's outline without the ply's cut-outs that lie in it, in which no net can begin.
+Polygon on_ply(const Polygon& outline, const Polygon& ply) {
+  Polygon out = outline;
+  for (std::size_t first = 0, k = 0; has_rings(ply) && k < ply.size(); ++k) {
+    if (!closes(ply, first, k)) continue;
+    if (first > 0 && inside(outline, ply[first])) {
+      if (out.size() == outline.size()) out.push_back(outline.front());
+      out.insert(out.end(), ply.begin() + static_cast<std::ptrdiff_t>(first), ply.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+    }
+    first = k + 1;
+  }
+  return out;
+}
+
 // Whether a net on the foot may need nodes past the ply's edge.
 bool may_reach(const Polygon& foot, const OutlineSearch& ply_edge) {
   const Box box = bounding_box(foot);
@@ -76,7 +90,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   // If other pockets share the foot, most of it may be theirs: the net then begins inside this pocket's own outline.
   const std::int32_t label = feet.feet[index].label;
   const auto sharing = std::count_if(feet.feet.begin(), feet.feet.end(), [&](const Foot& foot) { return foot.label == label; });
-  shape.centre = net_centre(sharing > 1 ? pocket.outline : outline, pocket.centroid);
+  shape.centre = net_centre(on_ply(sharing > 1 ? pocket.outline : outline, ply_outline), pocket.centroid);
   shape.angles = angles;
   shape.outline = outline;
   shape.ply_outline = ply_outline;
@@ -87,7 +101,7 @@ PocketNet lay_pocket(const Segmentation& segmentation, const FootMap& feet, int 
   if (options.mode == PatchMode::paper) net.paths = PathRule::vertical_plane;
   PocketNet out = fibre_net(surface, reference, shape, net, stop);
   if (!out.open_ends.empty()) {  // a net that begins near the ply's edge may not reach all of a wide foot; one from its middle may
-    shape.centre = deepest_point(outline);
+    shape.centre = deepest_point(on_ply(outline, ply_outline));
     try {
       PocketNet other = fibre_net(surface, reference, shape, net, stop);
       if (other.open_ends.size() < out.open_ends.size()) out = std::move(other);

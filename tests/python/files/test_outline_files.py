@@ -186,11 +186,14 @@ class TestDxf:
 
     def test_one_closed_line_holds_cut_outs(self, drawn):
         window = [(100, 100), (180, 100), (180, 160), (100, 160)]
-        on = lambda *named: (
-            lambda space, _: [  # noqa: E731
-                space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer}) for corners, layer in named
-            ]
-        )
+
+        def on(*named):
+            def build(space, _):
+                for corners, layer in named:
+                    space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+
+            return build
+
         expected = rings.outline([CORNERS, window], "o")
         np.testing.assert_array_equal(drawn(on((window, "1"), (CORNERS, "1"))), expected)
         mark = [(20, 20), (40, 20), (40, 40)]
