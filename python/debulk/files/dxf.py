@@ -72,12 +72,12 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> list[NDArray[
     nested = len(lines) == len(closed) > 0 and all(_holds(closed[0], line) for line in closed[1:])
     layers = {line.layer.lower() for line in closed}
     if nested and (len(layers) == 1 or layer is not None):
-        found = [_corners(line) for line in closed]
+        rings = [_corners(line) for line in closed]
         try:
-            check_size(path, float(np.ptp(found[0], axis=0).max(initial=0.0)), "outline", "mm")
+            check_size(path, float(np.ptp(rings[0], axis=0).max(initial=0.0)), "outline", "mm")
         except InputError as error:
             raise InputError(f"{error}: {_unit_said(document)}") from None
-        return found
+        return rings
     where = "" if layer is None else f" on layer {layer[:40]!r}"
     if not lines:
         found = ", ".join(f"{count} {name}" for name, count in others.most_common(6)) or "nothing"
