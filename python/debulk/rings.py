@@ -86,12 +86,11 @@ def outline(value: ArrayLike, name: str) -> Floats:
 def _given(value: ArrayLike, name: str) -> list[ArrayLike] | None:
     """Return the rings of a sequence of arrays, or of an array that holds several; None: one polygon."""
     try:
-        dimensions = {np.ndim(ring) for ring in value} if isinstance(value, (list, tuple)) else {np.ndim(value) - 1}
+        if (isinstance(value, (list, tuple)) and {np.ndim(ring) for ring in value} == {2}) or np.ndim(value) == 3:
+            return list(value)  # type: ignore[arg-type]
+        if np.ndim(value) != 2:
+            return None
     except ValueError:  # rows of different lengths
-        return None
-    if dimensions == {2}:
-        return list(value)  # type: ignore[arg-type]
-    if dimensions != {1} or np.ndim(value) != 2:
         return None
     flat = arrays.numbers(value, name, (None, 2), "an (M, 2) array of corners in mm")
     # A polygon that is joined to its cut-outs by slits ends where it began.

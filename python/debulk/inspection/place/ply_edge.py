@@ -128,8 +128,8 @@ def covered(outline: Outline, heights: Grid, thickness_mm: float) -> Finding | N
         return None
     place = outline.places_mm.mean(axis=0)
     reason = (
-        f"the outline has a cut-out round {in_mm(place)} that is not there: within it the scan stands {middle_mm:.2f} "
-        "mm above the bare mold; check that the outline is this ply's, and in the mold's frame"
+        f"the outline has a cut-out round {in_mm(place)} that the scan does not show: in its middle the scan stands "
+        f"{middle_mm:.2f} mm above the bare mold; check that the outline is this ply's, and in the mold's frame"
     )
     return Finding("ply_edge", Verdict.INVALID, reason, middle_mm, limit_mm, "mm", xy_of(place))
 
