@@ -104,7 +104,7 @@ def edges(number: int, seed: int, pixels: tuple[int, int]) -> list[str]:
         edge = EdgeSpread(inspector.setup, Outline(layup.ply_outline))
         for name, of in spreads.items():
             scan = layup.scan if name == "none" else filtered(layup.scan, FILTERS[name])
-            of.append(edge.least_mm(scan, None) / pitch_mm(scan))
+            of.append(edge.least_mm(scan) / pitch_mm(scan))
     lines = [
         f"by how much {number} layups of both families spread the ply's edge: sigma, pixels, less two standard errors; "
         "more than 0.9 (or 0.45 mm) is told",

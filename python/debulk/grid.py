@@ -89,9 +89,16 @@ class Grid:
         """Return what `around` holds as a grid of its own, with NaN where it goes on beyond this one."""
         first, last = self.cells(box_mm + np.array([[-margin_mm], [margin_mm]]))
         origin = self.origin_mm + self.spacing_mm * first
-        column, row = (self.spacing_mm * np.arange(count) for count in last - first + 1)
-        values = self.at(origin + np.stack(np.meshgrid(column, row), axis=-1))
-        return Grid(values.astype(self.values.dtype), origin, self.spacing_mm)
+        x_mm, y_mm = (low + self.spacing_mm * np.arange(n) for low, n in zip(origin, last - first + 1, strict=True))
+        return Grid(self.on_grid(x_mm, y_mm), origin, self.spacing_mm)
+
+    def on_grid(self, x_mm: NDArray[np.float64], y_mm: NDArray[np.float64], beyond: float = np.nan) -> NDArray[Any]:
+        """Return the values nearest to the points of another grid, as `at` does, but line by line and of their type."""
+        ways = zip((y_mm, x_mm), self.origin_mm[::-1], self.values.shape[:2], strict=True)
+        at = [(np.rint((mm - low) / self.spacing_mm).astype(np.int64), count) for mm, low, count in ways]
+        row, column = ((index >= 0) & (index < count) for index, count in at)
+        values = self.values[np.ix_(*(np.clip(index, 0, count - 1) for index, count in at))]
+        return np.where(row[:, None] & column, values, self.values.dtype.type(beyond))
 
     def part(self, rows: slice, columns: slice) -> Grid:
         """Return a copy of these rows and columns as a grid of their own."""

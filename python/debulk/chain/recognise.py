@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from debulk.arrays import Cloud
 from debulk.chain.figures import FIGURES, Quantity
@@ -20,6 +19,7 @@ from debulk.verdict import Verdict
 
 if TYPE_CHECKING:
     from debulk.chain.record import Chain
+    from debulk.inspection.evidence.cloud_image import CloudImage
     from debulk.inspection.evidence.sample import Sample
     from debulk.inspection.rawscan.filled import FilledSearch
 
@@ -29,18 +29,21 @@ _NEEDED = ("pitch_mm", "noise_mm", "near")  # without these, a scan's chain is n
 class Recogniser:
     """Compares scan after scan of an inspector with the chain that was qualified.
 
-    The inspector's search for filled and smoothed parts knows where ply and edge are. Where `mask`, (H, W), is True, an
-    image is not used.
+    The inspector's search for filled and smoothed parts knows where ply and edge are.
     """
 
-    def __init__(self, search: FilledSearch, mask: NDArray[np.bool_] | None, chain: Chain) -> None:
-        self._search, self._mask, self._chain = search, mask, chain
+    def __init__(self, search: FilledSearch, chain: Chain) -> None:
+        self._search, self._chain = search, chain
 
-    def look(self, scan: Cloud, sample: Sample) -> Recognised:
-        """Compare a scan, (H, W, 3) or (N, 3), scanner's frame, before any filter; `sample` is a sample of it."""
+    def look(self, scan: Cloud, sample: Sample, image: CloudImage | None) -> Recognised:
+        """Compare a scan, (H, W, 3) or (N, 3), scanner's frame, before any filter, with a sample and an image of it.
+
+        Of a list that was laid out the edge's spread would be that of its pixels, which are no scanner's.
+        """
         with np.errstate(all="ignore"):  # points far off, which are outliers
             windows = windows_of(scan, self._search.on_ply, sample.pitch_mm)
-            edge_mm = self._search.smoothed.edge_mm(scan, self._mask)
+            seen = image.points if image is not None and scan.ndim == 3 else None
+            edge_mm = math.nan if seen is None else self._search.smoothed.edge_mm(seen)
             found = signature_of(windows, sample.pitch_mm, image=scan.ndim == 3, edge_mm=edge_mm)
         return recognised(found, self._chain)
 

@@ -17,9 +17,6 @@ from debulk.files.replacing import check_ending, write_text
 from debulk.recipe.errors import message, wrong_values
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from debulk.chain.recognise import Recogniser
     from debulk.inspection.rawscan.filled import FilledSearch
 
@@ -78,11 +75,11 @@ class Chain(Part):
         """Return the figure of this name; None if the qualification could not measure it."""
         return next((one for one in self.figures if one.name == name), None)
 
-    def recogniser(self, search: FilledSearch, mask: NDArray[np.bool_] | None) -> Recogniser:
+    def recogniser(self, search: FilledSearch) -> Recogniser:
         """Prepare the comparison of an inspector's scans with this chain."""
         from debulk.chain.recognise import Recogniser
 
-        return Recogniser(search, mask, self)
+        return Recogniser(search, self)
 
     @typed
     def save(self, path: str | PathLike[str]) -> None:

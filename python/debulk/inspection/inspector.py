@@ -206,7 +206,7 @@ class Inspector:
             self._narrow = NarrowSearch(self.setup)
             self._filled = FilledSearch(self.setup, self._placing.zones, self._placing.outline)
             self.chain = chain
-            self._recogniser = None if chain is None else chain.recogniser(self._filled, self.mask)
+            self._recogniser = None if chain is None else chain.recogniser(self._filled)
             preparation.step("fibres", 0.93, self.ply.prepare)
             self._finder = preparation.step("front end", 0.94, lambda: WholeScanFinder(self.setup))
             self._lying = _Lying(self.ply, preparation.step("humps", 0.98, found), tracing(self._given))
@@ -380,9 +380,14 @@ class Inspector:
     ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
         """Look in the raw image for filled-in patches, what filters would hide, and the chain's signature."""
         image = self._filled.image_of(points, sample)
-        filled = self._filled.find(image, self.mask, stop)
-        standing = self._narrow.find(image, self.mask, stop)
-        return image, filled, standing, None if self._recogniser is None else self._recogniser.look(points, sample)
+        filled = self._filled.find(image, stop)
+        standing = self._narrow.find(image, stop)
+        return (
+            image,
+            filled,
+            standing,
+            None if self._recogniser is None else self._recogniser.look(points, sample, image),
+        )
 
     def _judge(
         self,
@@ -418,7 +423,7 @@ class Inspector:
             image, filled, standing, recognised = searched()
             judged = reporting.judged_of(pockets, done, ply, standing, late=late)
             if image is not None and placed.edge is not None:
-                filled = self._filled.at(placed.edge, filled, image, self.mask)
+                filled = self._filled.at(placed.edge, filled, image)
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
             known = (recognised, named(lying.humps, largest, self.recipe), self._approved)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Options = TypeVar("Options")
 LEVEL_SHARE = 0.35  # of the thickness: the mean of a scan without the ply and one with it lies half of it too low
-_SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is
+SPIKE_SPACING_MM = 1.0  # spacing up to which `clean.spike_mm` is taken as it is; from there on it spares what may stand
 _APART_MM, _NEAREST_MM = 2.0, 0.5  # between two fibre lines: usually, and at least
 _ACROSS = 0.1  # of a bump's width: at least ten lines cross the smallest bump that counts as a pocket
 # Blur of the heights, as a variance in squares of their spacing: by gridding (surface/image_gridding.hpp) at least, and
@@ -51,7 +51,7 @@ def front_end(recipe: Recipe, spacing_mm: float) -> _core.surface.FrontEndOption
     options.spacing_mm = spacing_mm
     options.hole_diameter_mm = recipe.clean.max_hole_mm
     # The ply rises more from cell to cell of a coarse grid: that must not count as a spike.
-    options.spike_mm = recipe.clean.spike_mm * max(1.0, spacing_mm / _SPIKE_SPACING_MM)
+    options.spike_mm = recipe.clean.spike_mm * max(1.0, spacing_mm / SPIKE_SPACING_MM)
     options.median_cells = recipe.clean.median_cells
     return options
 

@@ -251,7 +251,7 @@ def _everywhere(at):
 def _parts(scan, pitch_mm, axes=(UP,)):
     """Parts of a scan, all of it ply, that software made, by the odds or in spite of rounded depths."""
     image = CloudImage(scan, scan, pitch_mm)
-    asked = asked_in(image, None, axes)
+    asked = asked_in(image, axes)
     on_ply = np.isfinite(asked.points).all(axis=2)
     return made_in(image, asked, asked.points[..., :2], on_ply, axes)
 
@@ -379,11 +379,11 @@ def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt(monkeypatch):
     image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
     late, cancelled = _core.Stop(), _core.Stop()
     late.set_deadline(1e-9)
-    filled = inspector._filled.find(image, None, late)
+    filled = inspector._filled.find(image, late)
     assert "deadline" in filled.left_out()[0].why
     cancelled.cancel()
     with pytest.raises(_core.Stopped):
-        inspector._filled.find(image, None, cancelled)
+        inspector._filled.find(image, cancelled)
     monkeypatch.setattr(inspector._filled, "find", lambda *given: filled)
     report = inspector.inspect(scan)
     assert report.verdict is Verdict.UNDECIDED

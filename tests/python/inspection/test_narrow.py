@@ -57,20 +57,20 @@ def _scan(count=None):
     return laid_ply.scan(_bells(*BELLS[:count]), noise_mm=0.05)
 
 
-def _find(inspector, scan, mask=None, stop=None):
+def _find(inspector, scan, stop=None):
     """Return what stands narrowly in a scan."""
     image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
-    return inspector._narrow.find(image, mask, stop)
+    return inspector._narrow.find(image, stop)
 
 
 def _places(scan):
     return _find(laid_ply.inspector(), scan).places
 
 
-def _lost(inspector, scan, mask=None):
+def _lost(inspector, scan):
     """Return what the height map has lost of a scan and could crease."""
     found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
-    return lost(_find(inspector, scan, mask), found, inspector.recipe)
+    return lost(_find(inspector, scan), found, inspector.recipe)
 
 
 # --- what is found, and how it is measured ---
@@ -216,7 +216,7 @@ def test_good_layups_with_holes_clamps_and_all_noise_raise_no_alarm(seed):
     ply = Inspector(
         None, given.reference, given.ply_outline, mold_from_scanner=given.mold_from_scanner, mask=given.mask
     )
-    assert _lost(ply, given.scan, given.mask) == ()
+    assert _lost(ply, given.scan) == ()
 
 
 def test_what_the_spacing_of_a_list_allows_is_found():
@@ -264,6 +264,18 @@ def test_what_is_too_coarse_is_left_out_with_a_bound():
         assert bumps.bound.startswith("none")
 
 
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_image_of_every_second_row_or_column_is_not_searched(axis, first):
+    """Whichever half it is: the distance to a neighbour is not known along one of the two."""
+    scan = laid_ply.scan(lambda x, y: 0 * x).copy()
+    np.moveaxis(scan, axis, 0)[first::2] = np.nan
+    inspector = laid_ply.inspector()
+    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
+    (entry,) = inspector._narrow.find(image).left_out
+    assert entry.why == "the pitch of the scan's pixels is not known"
+
+
 def test_a_report_says_how_narrow_a_place_may_be():
     report = laid_ply.inspector().inspect(laid_ply.scan(laid_ply.bell(50, 30, 60, 8)))
     (unseen,) = (one for one in report.left_out if "at their foot, standing wrinkles" in one.what)
@@ -293,13 +305,13 @@ def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt():
     inspector, scan = laid_ply.inspector(), _scan(1)
     late = _core.Stop()
     late.set_deadline(1e-9)
-    standing = _find(inspector, scan, None, late)
+    standing = _find(inspector, scan, late)
     assert standing.unknown.at_best is Verdict.UNDECIDED
     assert "deadline" in standing.left_out[0].why
     cancelled = _core.Stop()
     cancelled.cancel()
     with pytest.raises(_core.Stopped):
-        _find(inspector, scan, None, cancelled)
+        _find(inspector, scan, cancelled)
 
 
 def test_the_search_is_the_same_on_any_number_of_threads():

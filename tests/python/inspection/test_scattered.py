@@ -85,7 +85,7 @@ def test_so_many_samples_must_lie_under_the_mold(report):
 def test_a_part_of_a_spot_that_the_filters_left_is_not_judged(report):
     """Its foot holds no sample under the mold, but round it are some; round one as large as a bump they are too few."""
     creasing = next(one for one in report.pockets if one.verdict is Verdict.CREASE)
-    round_mm = scattered.LIMITS.round_mm
+    round_mm = 1.0 * narrow.LIMITS.near_samples
     ways = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     circle = np.column_stack([np.cos(ways), np.sin(ways)])
     sunk_mm = MIDDLE_MM + (3.0 + 0.5 * round_mm) * circle

@@ -25,7 +25,8 @@ def _image(surface, noise_mm=0.02, seed=1, pitch=1.0):
 
 
 def _parts(points, step_mm=0.0, pitch=1.0, mask=None):
-    asked = asked_in(CloudImage(points, points, pitch), mask)
+    points = points if mask is None else np.where(mask[..., None], np.float32(np.nan), points)
+    asked = asked_in(CloudImage(points, points, pitch))
     return not_vouched(asked, asked.points[..., :2], np.isfinite(asked.points[..., 2]), step_mm)[0]
 
 

@@ -53,6 +53,8 @@ def test_a_part_over_a_box_is_what_a_wider_grid_holds_with_nan_beyond(box_mm):
     np.testing.assert_array_equal(part.values, whole.values)
     np.testing.assert_array_equal(part.origin_mm, whole.origin_mm)
     assert part.values.dtype == np.float32
+    xy = np.stack(np.meshgrid(whole.x_mm + 0.2, whole.y_mm - 0.2), axis=-1)
+    np.testing.assert_array_equal(wide.on_grid(whole.x_mm + 0.2, whole.y_mm - 0.2), wide.at(xy))
 
 
 def test_a_window_is_a_copy_also_where_it_is_the_whole_grid():

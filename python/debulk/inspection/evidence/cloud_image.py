@@ -13,6 +13,8 @@ from debulk.arrays import Cloud, Floats
 from debulk.inspection.clouds.thinning import complete
 from debulk.surface import Reference
 
+SAMPLE_MM = 1.0  # a denser image is read in steps of about this
+SEEN = 0.75  # of the pixels of a window, at least: with fewer, what it shows is that of its gaps
 # A pixel's side over the pitch of the points: of points that lie at random, 92 % of such pixels hold at least one.
 _SIDE = 1.6
 _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely

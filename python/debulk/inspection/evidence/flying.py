@@ -14,13 +14,13 @@ import numpy as np
 
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.evidence.pieces import grown, pieces_of
+from debulk.recipe import options
 
 
 @dataclass(frozen=True)
 class Limits:
     """Of pixels that fly; `tests/python/inspection/test_flying.py` has such pixels, and bumps that are none."""
 
-    coarse_mm: float = 1.0  # pitch from which the filter of spikes spares what may be a bump (options.spike_mm)
     steep: float = 2.0  # height over the pitch, or a bump's over its foot's width: a wall of 63 degrees all round
     foot_share: float = 0.25  # of its height, which a group's own surroundings reach if it falls off as a ply does
     unseen_share: float = 0.3  # of the pixels round a group: it may fall off among them
@@ -37,7 +37,7 @@ def without_flying(scan: Cloud, up: Floats, pitch_mm: float) -> Cloud:
 
     `up` (3,) is the mold's z in the scanner's frame.
     """
-    if scan.ndim != 3 or not LIMITS.coarse_mm <= pitch_mm < np.inf:
+    if scan.ndim != 3 or not options.SPIKE_SPACING_MM <= pitch_mm < np.inf:
         return scan
     flies = flying(np.einsum("ijk,k->ij", scan, up.astype(np.float32)), pitch_mm)  # `@` would call BLAS
     return np.where(flies[..., None], np.float32(np.nan), scan) if flies.any() else scan

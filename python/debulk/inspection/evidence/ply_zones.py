@@ -82,13 +82,7 @@ class PlyZones:
 
     def cells(self, heights: Grid) -> Bools:
         """Return which cells of a map lie on the ply, well inside its outline."""
-        column, row = (
-            np.rint((at - low) / _CELL_MM) for at, low in zip((heights.x_mm, heights.y_mm), self._low, strict=True)
-        )
-        rows, columns = self.on.values.shape
-        there = ((row >= 0) & (row < rows))[:, None] & ((column >= 0) & (column < columns))
-        at = np.clip(row, 0, rows - 1).astype(np.int64), np.clip(column, 0, columns - 1).astype(np.int64)
-        return np.asarray(there & self.on.values[np.ix_(*at)])
+        return self.on.on_grid(heights.x_mm, heights.y_mm, beyond=0.0)
 
     def blocks(self, sample: Sample, used: Bools) -> Blocks:
         """Return the medians of the used points in each square in which most of the points on the ply are used."""

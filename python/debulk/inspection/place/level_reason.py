@@ -6,6 +6,7 @@ import numpy as np
 
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.evidence import medians
+from debulk.inspection.evidence.cloud_image import SEEN
 from debulk.inspection.evidence.ply_zones import INSET_MM, PlyZones
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.level import LIMITS, Deviation
@@ -15,7 +16,6 @@ from debulk.results.finding import Reason
 from debulk.results.level import Level
 from debulk.words import in_mm
 
-_SEEN = 0.8  # of the ply: if more was seen, squares are missing for another reason than an incomplete scan
 _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
 
 
@@ -43,7 +43,7 @@ def few_squares_reason(zones: PlyZones, sample: Sample, *, share: float, outline
     """
     on, known, least = sample.on_ply, np.isfinite(sample.height_mm), LIMITS.least_squares
     each_mm2 = pitch_of(sample.points_mm[known, :2], 1) ** 2  # inf if hardly any point is known
-    if not outlined or not on.any() or not _SEEN * zones.inner_mm2 <= np.count_nonzero(on) * each_mm2 < np.inf:
+    if not outlined or not on.any() or not SEEN * zones.inner_mm2 <= np.count_nonzero(on) * each_mm2 < np.inf:
         what = f"between the pockets only {100 * share:.1f} % of it was seen by scan and reference"
         remedy = (
             "check that the outline, the scan and the reference are of the same part, in mm, with their pose: z is to "

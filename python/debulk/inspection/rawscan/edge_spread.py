@@ -16,6 +16,7 @@ from debulk.arrays import Bools, Cloud, Floats
 from debulk.inspection.clouds.products import affine, product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
+from debulk.inspection.evidence.cloud_image import SEEN
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.ply_on_mold import Setup
@@ -31,7 +32,6 @@ class Limits:
     half_pixels: int = 12  # from a window's middle to its sides: its inner half shows the spread, the rest the noise
     miss_pixels: float = 2.0  # by which the pixel in a window's middle may miss the outline
     beside_pixels: float = 4.0  # from the edge: beyond it the levels are read
-    least_seen_share: float = 0.9  # of a window's pixels
     least_points: int = 60  # in each part of a window, and for the first estimate
     step_thicknesses: tuple[float, float] = (0.5, 1.6)  # along z: steps of such a height are the edge of this ply alone
     off_steps: float = 0.7  # beyond the step's two levels a point is not used, and a lower level off the reference
@@ -50,7 +50,7 @@ class EdgeSpread:
         some = np.linspace(0, count, min(LIMITS.most_windows, count), endpoint=False).astype(int)
         self._setup, self._places, self._normals = setup, outline.places_mm[some], outline.normals[some]
 
-    def least_mm(self, scan: Cloud, mask: Bools | None) -> float:
+    def least_mm(self, scan: Cloud) -> float:
         """Return a lower bound, mm, of the sigma of a Gaussian that would spread the edge as much; NaN: not known.
 
         It is that of all windows, or the greater one of those whose edges run along the image's rows or its columns: a
@@ -64,8 +64,6 @@ class EdgeSpread:
         around = np.arange(-LIMITS.half_pixels, LIMITS.half_pixels + 1)
         at = pixels[:, 0, None, None] + around[:, None], pixels[:, 1, None, None] + around
         points = scan[at].reshape(len(pixels), -1, 3)
-        if mask is not None and mask.shape == scan.shape[:2]:
-            points[mask[at].reshape(len(pixels), -1)] = np.nan
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
             spreads, by_rows = self._spreads(points, self._places[kept], self._normals[kept])
         known = np.isfinite(spreads)
@@ -103,7 +101,7 @@ class EdgeSpread:
         NaN: not the edge of this ply.
         """
         seen = complete(np.isfinite(points))
-        whole = np.flatnonzero(np.mean(seen, axis=1) >= LIMITS.least_seen_share)
+        whole = np.flatnonzero(np.mean(seen, axis=1) >= SEEN)
         if len(whole) < LIMITS.least_windows:
             return np.empty(0), np.empty(0, dtype=bool)
         points, seen = points[whole], seen[whole]

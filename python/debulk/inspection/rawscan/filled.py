@@ -10,7 +10,7 @@ from debulk import _core
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.clouds.thinning import window_of
 from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
-from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.outline import STRETCH_MM, Outline
 from debulk.inspection.evidence.ply_zones import PlyZones
 from debulk.inspection.evidence.sample import Sample, over_reference
 from debulk.inspection.ply.ply_on_mold import Setup
@@ -29,9 +29,6 @@ class Limits:
     """Of patches that carry no noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
 
     seen_pixels: int = 12  # a patch this wide is found on nearly any surface
-    noted_widths: float = 1.5  # of the smallest wanted patch: that narrower ones can be missed is not noted
-    level: float = 0.01  # of the mold's z in the scanner's XY: if smaller, depths along both z axes differ alike
-    beside_mm: float = 20.0  # round the ply: its edge shows how sharp the scan is
 
 
 LIMITS = Limits()
@@ -66,52 +63,61 @@ class FilledSearch:
     def __init__(self, setup: Setup, zones: PlyZones, outline: Outline | None) -> None:
         self._setup, self._zones, self._threads = setup, zones, setup.recipe.run.threads
         up = tuple(setup.pose[2, :3].tolist())  # along it heights may have been clipped, not along the scanner's z
-        self._axes: Axes = (UP, up) if np.hypot(*up[:2]) > LIMITS.level else (UP,)
+        self._axes: Axes = tuple(dict.fromkeys((UP, up)))
         self.smoothed = SmoothedSearch(setup, outline)
         self._least_mm2 = options.looked_for_mm2(setup.recipe)
 
     def image_of(self, scan: Cloud, sample: Sample) -> CloudImage | None:
-        """Return a scan as an image, given a sample of its points; None: too few of a list lie on the ply."""
-        if scan.ndim == 3:
-            return CloudImage(scan, scan, sample.pitch_mm)
-        if (lined := in_lines(scan, sample.pitch_mm)) is not None:
-            return lined
-        box_mm = self._zones.box_mm + LIMITS.beside_mm * np.array([[-1.0], [1.0]])
-        prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
-        return laid_out(scan, pose, prepared.reference, box_mm, sample.pitch_mm, self._threads)
+        """Return what a scan shows of the ply and round it as an image, given a sample of it, less what the mask hides.
 
-    def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Filled:
-        """Search a scan's image; pixels at which the (H, W) mask of its own image is True are not used.
-
-        A deadline of the stop ends the search with a finding.
+        None: too few points of a list lie on the ply. Round it lies what shows how sharp its edge is.
         """
+        pitch_mm, mask = sample.pitch_mm, self._setup.mask
+        if scan.ndim == 2 and (lined := in_lines(scan, pitch_mm)) is not None:
+            return lined
+        box_mm = self._zones.box_mm + STRETCH_MM * np.array([[-1.0], [1.0]])
+        if scan.ndim == 2:
+            prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
+            return laid_out(scan, pose, prepared.reference, box_mm, pitch_mm, self._threads)
+
+        def wanted(points: Cloud) -> Bools:
+            xy = over_reference(points, self._setup)[0][:, :2]
+            return np.asarray(((xy >= box_mm[0]) & (xy <= box_mm[1])).all(axis=1))
+
+        window = window_of(scan, wanted)  # a scan often shows much more than the ply
+        part = scan[window]
+        if mask is not None and mask.shape == scan.shape[:2]:
+            part = np.where(mask[window][..., None], np.float32(np.nan), part)
+        return CloudImage(part, part, pitch_mm)
+
+    def find(self, image: CloudImage | None, stop: _core.Stop | None = None) -> Filled:
+        """Search a scan's image. A deadline of the stop ends the search with a finding."""
         return or_late(
-            lambda: self._find(image, mask, stop or _core.Stop()),
+            lambda: self._find(image, stop or _core.Stop()),
             stop,
             f"the end of {_SEARCH}",
             lambda late: Filled(unknown="the deadline passed", late=(late,)),
         )
 
-    def _find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop) -> Filled:
+    def _find(self, image: CloudImage | None, stop: _core.Stop) -> Filled:
         if image is None:
             return Filled(unknown="too few points lie on the ply to lay them out as an image")
         if min(image.points.shape[:2]) < 2 * MIDDLE or not np.isfinite(image.pitch_mm):
             return Filled(unknown=f"the scan's image has not {2 * MIDDLE} rows and columns")
         wide_mm, laid = 2 * float(np.sqrt(self._least_mm2 / np.pi)), image.laid
-        mask = None if laid else mask
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
             heed(stop, _SEARCH)
-            smoothed = self.smoothed.find(image, lambda points: self._lie(points, laid=laid)[1], wide_mm, mask)
+            smoothed = self.smoothed.find(image, lambda points: self._lie(points, laid=laid)[1], wide_mm)
             heed(stop, _SEARCH)
-            made, unknown = ((), "") if smoothed.shared_mm else self._not_vouched(image, mask, stop)
+            made, unknown = ((), "") if smoothed.shared_mm else self._not_vouched(image, stop)
         seen_mm = LIMITS.seen_pixels * image.pitch_mm
-        if not unknown and seen_mm > LIMITS.noted_widths * wide_mm:
+        if not unknown and seen_mm > wide_mm:
             unknown = f"on pixels {image.pitch_mm:.2g} mm apart patches less than {seen_mm:.0f} mm wide can be missed"
         return Filled(made, unknown, smoothed)
 
-    def at(self, edge: Outline, found: Filled, image: CloudImage, mask: Bools | None) -> Filled:
+    def at(self, edge: Outline, found: Filled, image: CloudImage) -> Filled:
         """Return what was found, with the blur of an edge of the ply that was seen; see `SmoothedSearch.at`."""
-        smoothed = self.smoothed.at(edge, found.smoothed, image, None if image.laid else mask)
+        smoothed = self.smoothed.at(edge, found.smoothed, image)
         # In a scan that was smoothed everywhere, points repeat and lack noise here and there by chance.
         return replace(found, made=() if smoothed.findings() else found.made, smoothed=smoothed)
 
@@ -119,24 +125,14 @@ class FilledSearch:
         """Return which of (N, 3) points of a scan, all finite, lie on the ply, well inside its outline."""
         return self._lie(points)[1]
 
-    def _not_vouched(self, image: CloudImage, mask: Bools | None, stop: _core.Stop) -> tuple[tuple[Made, ...], str]:
+    def _not_vouched(self, image: CloudImage, stop: _core.Stop) -> tuple[tuple[Made, ...], str]:
         axes = (UP,) if image.laid else self._axes
-        if not image.laid:  # a scan often shows much more than the ply
-            window = window_of(image.points, self._near_ply)
-            part, mask = image.points[window], None if mask is None else mask[window]
-            image = CloudImage(part, part, image.pitch_mm)
-        heed(stop, _SEARCH)
-        asked = asked_in(image, mask, axes, self._threads, stop)
+        asked = asked_in(image, axes, self._threads, stop)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
         moved, on_ply = self._lie(places, laid=image.laid)
         heed(stop, _SEARCH)
         xy_mm = moved.reshape(*shape, 3)[..., :2]
         return made_in(image, asked, xy_mm, on_ply.reshape(shape), axes, self._threads, stop)
-
-    def _near_ply(self, points: Cloud) -> Bools:
-        low, high = self._zones.box_mm
-        xy = self._lie(points)[0][:, :2]
-        return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
 
     def _lie(self, points: Cloud, *, laid: bool = False) -> tuple[Cloud, Bools]:
         """Return (N, 3) points of a scan in the mold's frame, and which were seen well inside the ply's outline.

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from debulk import _core, rings
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.evidence import flying
-from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.cloud_image import SAMPLE_MM, CloudImage
 from debulk.inspection.evidence.pieces import grown, pieces_of
 from debulk.inspection.place import ply_edge
 from debulk.inspection.ply.ply_on_mold import Setup
@@ -37,15 +37,13 @@ from debulk.words import xy_of
 class Limits:
     """Of places that the filters take for noise; `tests/python/inspection/test_narrow.py` has such places."""
 
-    sample_mm: float = 1.0  # a denser scan is read in steps of about this
     window_mm: float = 17.0  # along the side of the opening's window: what is wider at its foot survives the filters
     stands_out_mm: float = 0.4  # above the opening, at least
     one_of: int = 8  # samples, but the `fewest` at least, are the top of a place: their mean is its height
     flies: float = 1.5  # times the median of the top: what is higher is a flying pixel
     noise: float = 3.0  # least height above the opening, over the median of all: the opening lies below by the noise
     fewest: int = 4  # samples that stand out: fewer are flying pixels
-    # At half the height: what is wider survives the filters. Pixels so far apart show which part of an image is the
-    # ply's, and pixels half as far apart resolve nothing so narrow.
+    # At half the height: what is wider survives the filters. Pixels half as far apart resolve nothing so narrow.
     widest_mm: float = 8.0
     sunk_share: float = 0.07  # of the samples near by that lie deep below: in a highlight, half of them do
     near_samples: int = 3  # how far from a place "near by" is
@@ -106,40 +104,34 @@ class NarrowSearch:
         self._motion, self._thickness_mm = setup.pose[:3].astype(np.float32), setup.recipe.material.thickness_mm
         self._ground, self._outside, self._first_mm, self._spacing_mm = _ground(setup)
 
-    def find(self, image: CloudImage | None, mask: Bools | None, stop: _core.Stop | None = None) -> Standing:
+    def find(self, image: CloudImage | None, stop: _core.Stop | None = None) -> Standing:
         """Find the narrow places of a scan's image, or of a list of points that was laid out as one.
 
-        Pixels at which the (H, W) mask of the scan's own image is True are not used. A deadline of the stop ends the
-        search with a finding.
+        A deadline of the stop ends the search with a finding.
         """
         if image is None or min(image.points.shape[:2]) < _FEWEST_PIXELS:
             return _not_searched("too few points lie on the ply to know which of them are neighbours")
         # Along columns and along rows; that of an area, as of a list of points, is 5 % larger with gaps.
         points, known = image.points, image.pitch_mm
         pitches_mm = (known, known) if image.laid else (_pitch_mm(np.swapaxes(points, 0, 1)), _pitch_mm(points))
-        if not min(pitches_mm) > 0:
+        if not (pitches_mm[0] > 0 and pitches_mm[1] > 0):  # `min` would pass a NaN that comes second
             return _not_searched("the pitch of the scan's pixels is not known")
         if max(pitches_mm) > LIMITS.widest_mm / 2:
             return _not_searched(f"the pixels are {max(pitches_mm):.2g} mm apart")
         return or_late(
-            lambda: self._find(image, None if image.laid else mask, pitches_mm, stop or _core.Stop()),
+            lambda: self._find(image.points, pitches_mm, stop or _core.Stop()),
             stop,
             "the scan was searched for what the filters take for noise",
             lambda late: _not_searched("the deadline passed", late),
         )
 
-    def _find(
-        self, image: CloudImage, mask: Bools | None, pitches_mm: tuple[float, float], stop: _core.Stop
-    ) -> Standing:
-        scan = image.points
+    def _find(self, scan: Cloud, pitches_mm: tuple[float, float], stop: _core.Stop) -> Standing:
         coarse_mm = max(pitches_mm)  # a line scanner's lines may lie farther apart than the points along each
-        sample_mm = max(1, round(LIMITS.sample_mm / coarse_mm)) * coarse_mm
+        sample_mm = max(1, round(SAMPLE_MM / coarse_mm)) * coarse_mm
         down, right = (max(1, round(sample_mm / pitch_mm)) for pitch_mm in pitches_mm)
         with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off count as not seen
-            part = self._part(scan, [max(1, int(LIMITS.widest_mm / pitch_mm)) for pitch_mm in pitches_mm])
-            points = self._in_mold(scan[part][::down, ::right])
-            if mask is not None:
-                points[mask[part][::down, ::right]] = np.nan
+            some = np.ascontiguousarray(scan[::down, ::right])
+            points = np.asarray(cv2.transform(some, self._motion), dtype=np.float32)
             heed(stop, _SEARCH)
             height = self._above(points)
             height.reshape(-1)[self._bare(points, height)] = np.nan
@@ -170,20 +162,6 @@ class NarrowSearch:
         with np.errstate(invalid="ignore"):
             sunk_mm = points[height < -least_mm][:, :2].astype(np.float64)
         return Standing(tuple(places), sample_mm, sunk_mm)
-
-    def _in_mold(self, scan: Cloud) -> Cloud:
-        moved = cv2.transform(np.ascontiguousarray(scan, dtype=np.float32), self._motion)
-        return np.asarray(moved, dtype=np.float32)
-
-    def _part(self, scan: Cloud, steps: list[int]) -> tuple[slice, slice]:
-        """Return the rows and columns of an image that show the ply, from pixels so many rows and columns apart."""
-        down, right = steps
-        seen = np.isfinite(self._above(self._in_mold(scan[::down, ::right])))
-        ends = [np.flatnonzero(seen.any(axis=axis))[[0, -1]] if seen.any() else (0, 0) for axis in (1, 0)]
-        rows, columns = (
-            slice(max(0, first - 1) * step, (last + 2) * step) for (first, last), step in zip(ends, steps, strict=True)
-        )
-        return rows, columns
 
     def _above(self, points: Cloud) -> NDArray[np.float32]:
         """Return the heights (H, W) of points above the reference; NaN off the ply and where nothing was seen."""

@@ -15,7 +15,7 @@ import numpy as np
 from debulk import _core
 from debulk.arrays import Bools, Cloud
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.cloud_image import SEEN, CloudImage
 from debulk.inspection.rawscan import vouched
 from debulk.inspection.rawscan.vouched import Asked, Axes, Made, beside, not_vouched, pieces, steps_hide
 
@@ -25,7 +25,6 @@ class Limits:
     """Of rounded depths; `tests/python/inspection/test_filled.py` rounds scans before and after they were filled."""
 
     window_cells: int = 13  # along the side of the parts that are judged
-    seen_share: float = 0.7  # of a part's cells in which a point was asked
     # Of a step: farther from the surface lies no point that was rounded alone, and 0.03 of those of a level ply half
     # way between two steps, however little noise it has.
     half_step: float = 0.65
@@ -110,7 +109,7 @@ def _shares(marks: Bools, known: Bools) -> tuple[Bools, Cloud]:
     """Return where on the ply enough is known around, and the shares of those that are marked there."""
     count = _around(known)
     share = _around(marks & known) / np.maximum(count, np.float32(1))
-    return known & (count >= LIMITS.seen_share * LIMITS.window_cells**2), np.asarray(share, np.float32)
+    return known & (count >= SEEN * LIMITS.window_cells**2), np.asarray(share, np.float32)
 
 
 def _around(marks: Bools) -> Cloud:

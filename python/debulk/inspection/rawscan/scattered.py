@@ -26,9 +26,6 @@ class Limits:
     """Of samples under the mold; `tests/python/inspection/test_scattered.py` has such spots, and bumps beside them."""
 
     least_share: float = 0.03  # of its foot: of spots of which half was unseen it was 0.037 to 0.12, of bumps 0.006
-    # Round its foot: of a spot the filters may leave a part that holds none. Of 0.1 to 0.3 cm² left of five spots 7 to
-    # 19 mm wide the share within it was 0.029 to 0.17.
-    round_mm: float = 3.0
 
 
 LIMITS = Limits()
@@ -54,11 +51,14 @@ def _told(one: PocketReport, standing: Standing) -> PocketReport:
 
 def _under_the_mold(foot_mm: Floats, standing: Standing) -> int:
     """Return how many samples in a foot or round it lie under the mold, if they are so many that points scatter."""
-    low, high = foot_mm.min(axis=0) - LIMITS.round_mm, foot_mm.max(axis=0) + LIMITS.round_mm
+    # Of a spot the filters may leave a part that holds none. Of 0.1 to 0.3 cm² left of five spots 7 to 19 mm wide the
+    # share within 3 mm of it was 0.029 to 0.17.
+    round_mm = narrow.LIMITS.near_samples * standing.sample_mm
+    low, high = foot_mm.min(axis=0) - round_mm, foot_mm.max(axis=0) + round_mm
     sunk_mm = standing.sunk_mm[((standing.sunk_mm >= low) & (standing.sunk_mm <= high)).all(axis=1)]
     from_foot_mm = np.where(pocket.inside(foot_mm, sunk_mm), 0.0, pocket.distance_to_outline(foot_mm, sunk_mm))
     round_it_mm = polyline.perimeter_mm(foot_mm)
-    for reach_mm in (0.0, LIMITS.round_mm):
+    for reach_mm in (0.0, round_mm):
         within = int(np.count_nonzero(from_foot_mm <= reach_mm))
         area_mm2 = pocket.polygon_area(foot_mm) + reach_mm * (round_it_mm + np.pi * reach_mm)  # Steiner's formula
         if within >= narrow.LIMITS.fewest and within * standing.sample_mm**2 >= LIMITS.least_share * area_mm2:

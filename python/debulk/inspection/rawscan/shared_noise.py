@@ -11,7 +11,7 @@ import numpy as np
 from debulk.arrays import Bools, Cloud, Floats, Whole
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
-from debulk.inspection.evidence.cloud_image import CloudImage, step_of
+from debulk.inspection.evidence.cloud_image import SEEN, CloudImage, step_of
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,6 @@ class Limits:
     fewest: int = 20  # squares, and differences in each, out of 144, from which anything is said
     least_share: float = 0.4  # of the squares looked at that must give a result
     silent_share: float = 0.8  # of them: if more show no noise, the scan has none
-    least_seen_share: float = 0.75  # of a square's points
     resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
     steps: float = 0.6  # of rounded depths: smaller scatter is that of rounding, 0.29 of a step, which is white
     # Share of white noise below which noise is shared: 1 for white noise; after a box of 3 points 0.29 is left, of 5
@@ -103,7 +102,7 @@ def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
     """
     flat = depths.reshape(len(depths), LIMITS.side**2)
     seen = np.isfinite(flat)
-    enough = np.mean(seen, axis=1) >= LIMITS.least_seen_share
+    enough = np.mean(seen, axis=1) >= SEEN
     flat, seen = flat[enough], seen[enough]
     if not len(flat):
         return np.empty(0), 0

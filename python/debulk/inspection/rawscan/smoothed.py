@@ -80,35 +80,33 @@ class SmoothedSearch:
         self._edge = None if outline is None else EdgeSpread(setup, outline)
         self._fine_mm = setup.recipe.clean.fine_mm
 
-    def find(self, image: CloudImage, on_ply: Callable[[Cloud], Bools], wide_mm: float, mask: Bools | None) -> Smoothed:
+    def find(self, image: CloudImage, on_ply: Callable[[Cloud], Bools], wide_mm: float) -> Smoothed:
         """Look for smoothing in an image, on the ply where a place so wide shows it, and at the ply's edge.
 
-        The (H, W) mask is True where a pixel is not to be used. `on_ply` says which points lie on the ply.
+        `on_ply` says which points lie on the ply.
         """
         step = max(1, round(self._fine_mm / image.pitch_mm))
         squares = squares_on(image.heights, image.pitch_mm, wide_mm, on_ply)
         if shared := noise_is_shared(image, squares, step):
             return Smoothed(shared_mm=step * image.pitch_mm)
-        spread_mm = self.edge_mm(image.points, mask)
+        spread_mm = self.edge_mm(image.points)
         blunt = shared is None and bool(np.isnan(spread_mm)) and _blunt(image, step)
         return self._by_edge(spread_mm, image.pitch_mm, blunt=blunt)
 
-    def at(self, edge: Outline, found: Smoothed, image: CloudImage, mask: Bools | None) -> Smoothed:
+    def at(self, edge: Outline, found: Smoothed, image: CloudImage) -> Smoothed:
         """Return what was found, and the spread of an edge that was seen where no outline was given, if not known."""
         if found.shared_mm or not np.isnan(found.edge_mm):
             return found
-        spread_mm = EdgeSpread(self._setup, edge).least_mm(image.points, mask)
+        spread_mm = EdgeSpread(self._setup, edge).least_mm(image.points)
         return self._by_edge(spread_mm, image.pitch_mm, blunt=found.blunt)
 
     def _by_edge(self, spread_mm: float, pitch_mm: float, *, blunt: bool) -> Smoothed:
         allowed_mm = LIMITS.allowed * max(self._fine_mm, pitch_mm)
         return Smoothed(edge_mm=0.0 if spread_mm <= allowed_mm else spread_mm, blunt=blunt)
 
-    def edge_mm(self, scan: Cloud, mask: Bools | None) -> float:
-        """Return by how much a scan spreads the ply's edge; NaN: it is no image, or the edge is not known."""
-        if self._edge is None or scan.ndim != 3:
-            return float("nan")
-        return self._edge.least_mm(scan, mask)
+    def edge_mm(self, image: Cloud) -> float:
+        """Return by how much an image spreads the ply's edge; NaN: the edge is not known."""
+        return float("nan") if self._edge is None else self._edge.least_mm(image)
 
 
 def _blunt(image: CloudImage, step: int) -> bool:

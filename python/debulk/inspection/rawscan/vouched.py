@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.cloud_image import SAMPLE_MM, CloudImage
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.inspection.find.found import Found
 from debulk.inspection.holes.unseen import most_ridge_mm
@@ -32,7 +32,6 @@ from debulk.words import in_cm2, in_mm, xy_of
 class Limits:
     """Of points that the noise vouches for; bench/trust/foreign.py replaces bumps by all that such filters use."""
 
-    cell_mm: float = 1.2  # side of the cells in which one point is asked
     window_cells: int = 7  # along the side of the parts of the ply that are judged
     # Of the median of all fourth differences, which is 5.6 sigma: smaller is quiet, greater is wild. Of noise 0.13 is
     # quiet, of half of it 0.26; of noise ten times as strong 0.05 is wild.
@@ -93,18 +92,13 @@ class Made(NamedTuple):
         return "repeat depths of their neighbours" if self.copied >= self.wild else "scatter many times as much"
 
 
-def asked_in(
-    image: CloudImage, mask: Bools | None, axes: Axes = (UP,), threads: int = 0, stop: _core.Stop | None = None
-) -> Asked:
-    """Ask points of a scan's image, about one in each cell, but none at which the scan's (H, W) mask is True."""
-    step = max(1, round(LIMITS.cell_mm / image.pitch_mm))
+def asked_in(image: CloudImage, axes: Axes = (UP,), threads: int = 0, stop: _core.Stop | None = None) -> Asked:
+    """Ask points of a scan's image, about one in each cell."""
+    step = max(1, round(SAMPLE_MM / image.pitch_mm))
     apart, copied = _core.cloud.fourth_differences(
         image.heights, image.points, step, axes, threads=threads, stop=stop or _core.Stop()
     )
-    points = beside(image.heights, step, 0, 0).copy()
-    if mask is not None and mask.shape == image.points.shape[:2]:
-        points[beside(mask, step, 0, 0)] = np.nan
-    return Asked(points, apart, copied.view(np.bool_), step * image.pitch_mm, image.pitch_mm)
+    return Asked(beside(image.heights, step, 0, 0), apart, copied.view(np.bool_), step * image.pitch_mm, image.pitch_mm)
 
 
 def beside(of: NDArray[Any], step: int, down: int, right: int) -> NDArray[Any]:
