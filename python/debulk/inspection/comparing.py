@@ -1,4 +1,8 @@
-"""Measures the debulked ply inside the outlines of a report, and compares it with the prediction."""
+"""Measures the debulked ply where the pockets of a report lay, and compares it with the prediction.
+
+The RMS is the paper's, inside the outline at the cut height. A fold may stand anywhere in what stood off the mold, so
+the peak is sought within the foot; what cells may hide is bounded inside the outline alone.
+"""
 
 from __future__ import annotations
 
@@ -60,10 +64,12 @@ def compared(
         inside = pocket.inside_outline(known.outline_mm, filtered)
         between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
         ridge = known.deciding_ridge
-        box_mm = np.stack([known.outline_mm.min(axis=0), known.outline_mm.max(axis=0)])
+        both_mm = np.concatenate([known.outline_mm, known.foot_or_outline_mm])
+        box_mm = np.stack([both_mm.min(axis=0), both_mm.max(axis=0)])
         round_mm = _ROUND * heights.spacing_mm
         near, smoothed, peak = (grid.over(box_mm, round_mm) for grid in (heights, filtered, peaks))
-        measured, reason, figures = _measure(known, near, smoothed, peak, recipe, hidden)
+        foot = _foot(known, report, near)
+        measured, reason, figures = _measure(known, foot, near, smoothed, peak, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -160,8 +166,20 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 
 
+def _foot(known: PocketReport, report: Report, heights: Grid) -> NDArray[np.bool_]:
+    """Mark where a fold of the pocket may stand: in its outline and its foot, not off the ply or in another pocket."""
+    foot = pocket.inside_outline(known.foot_or_outline_mm, heights)
+    if report.ply_outline_mm is not None:
+        foot &= pocket.inside_outline(report.ply_outline_mm, heights)
+    for other in report.pockets:
+        if other is not known:
+            foot &= ~pocket.inside_outline(other.outline_mm, heights)
+    return foot | pocket.inside_outline(known.outline_mm, heights)
+
+
 def _measure(
     known: PocketReport,
+    foot: NDArray[np.bool_],
     heights: Grid,
     filtered: Grid,
     peaks: Grid,
@@ -177,7 +195,7 @@ def _measure(
         reason = f"only {100 * share:.0f} % of it was seen, limit {100 * limits.min_pocket_coverage:.0f} %"
         return Verdict.INVALID, reason, {"measured_share": share}
     rms = float(np.sqrt(np.mean(filtered.values[seen].astype(np.float64) ** 2)))
-    smooth = peaks.values[seen]
+    smooth = peaks.values[foot & np.isfinite(peaks.values)]
     peak = float(smooth.max())
     noise = pocket.height_noise(heights)
     noise = noise if math.isfinite(noise) else 0.0

@@ -37,12 +37,13 @@ class PocketComparison(Record):
         (M, 2) lines of the predicted ridges, mold XY, including mirrored ones; and how far they may be off on either
         side. Empty and None if the report predicts no ridge.
     predicted_ridge_mm, measured_peak_mm
-        Ridge by which the report judged the pocket; and the largest height inside the outline after a median over 5
-        by 5 cells, which lowers a ridge of a few cells' width.
+        Ridge by which the report judged the pocket; and the largest height within the foot after a median over 5 by 5
+        cells, which lowers a ridge of a few cells' width. A ridge in another pocket's outline is that pocket's.
     measured_peak_range_mm
-        What surely stands there, the measured peak less its noise, and what may: the highest ridge that the cells hide
-        by their width, their noise and what was not seen. The outcome is CEASE only if both ends keep the limit, and
-        CREASE if both exceed it, or the RMS its own. None: it was not looked at (before 0.15.0), or nothing was seen.
+        What surely stands there, the measured peak less its noise, and what may: the measured peak, or the highest
+        ridge that the outline's cells hide by their width, their noise and what was not seen. The outcome is CEASE only
+        if both ends keep the limit, and CREASE if both exceed it, or the RMS its own. None: it was not looked at
+        (before 0.15.0), or nothing was seen.
     noise_mm
         Standard deviation of a single height there, before the median filter.
     measured_share
