@@ -35,7 +35,7 @@ OFF = np.array([8.0, 0.0])  # mm
 WINDOW = square(40, 10, 80)
 MOLDS = {"plane": lambda x, y: 0 * x, "saddle": lambda x, y: y**2 / 3000 - x**2 / 1600}
 ON_BOTH = pytest.mark.parametrize("mold", MOLDS)
-CUT_OUTS = {"square": WINDOW, "round": disc(-60, 20, 60), "drain hole": disc(-60, 20, 12)}
+CUT_OUTS = {"square": WINDOW, "round": disc(-60, 20, 60), "hole": disc(-60, 20, 20), "drain hole": disc(-60, 20, 12)}
 
 
 def bell(x0, y0, wide, high):
