@@ -35,7 +35,10 @@ def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) 
     every eighth pixel only, the random places hit neither all nor none of its points.
     """
     places, each = _places(points.shape[:-1])
-    few = np.take(points.reshape(-1, 3), places, axis=0)
+    if points.flags.c_contiguous:
+        few = np.take(points.reshape(-1, 3), places, axis=0)
+    else:  # a part of an image, all of which `reshape` would copy
+        few = points[np.unravel_index(places, points.shape[:-1])]
     if mask is not None and mask.shape == points.shape[:2]:
         few[np.take(mask.reshape(-1), places)] = np.nan
     return Thinned(few, each)
