@@ -43,7 +43,8 @@ Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centro
 // A pocket's outline without the ply's cut-outs that lie in it, in which no net can begin.
 Polygon on_ply(const Polygon& outline, const Polygon& ply) {
   Polygon out = outline;
-  for (std::size_t first = 0, k = 0; has_rings(ply) && k < ply.size(); ++k) {
+  if (!has_rings(ply)) return out;
+  for (std::size_t first = 0, k = 0; k < ply.size(); ++k) {
     if (!closes(ply, first, k)) continue;
     if (first > 0 && inside(outline, ply[first])) {
       if (out.size() == outline.size()) out.push_back(outline.front());
