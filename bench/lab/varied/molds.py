@@ -101,7 +101,8 @@ class Ribs:
         along = c * x + s * y
         total = np.zeros_like(along)
         for place, half, height in zip(self.places_mm, self.half_widths_mm, self.heights_mm, strict=True):
-            total += height * np.clip(1 - ((along - place) / half) ** 2, 0, None) ** 3
+            rise = np.clip(1 - ((along - place) / half) ** 2, 0, None)
+            total += height * (rise * rise * rise)  # `rise**3` takes ten times as long
         return total
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Height = Callable[[Floats, Floats], Floats]
 _COARSE = 4
+_BLOCK = 32  # rows of an image whose heights are asked for at once
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,11 @@ def _secants(
     dx, dy, dz = rays
 
     def above(t: Floats) -> Floats:
-        free: Floats = centre[2] + t * dz - height(centre[0] + t * dx, centre[1] + t * dy)
+        free = np.empty_like(t)
+        for first in range(0, len(t), _BLOCK):  # what a few rows need stays in the cache
+            part = slice(first, first + _BLOCK)
+            x, y = centre[0] + t[part] * dx[part], centre[1] + t[part] * dy[part]
+            free[part] = centre[2] + t[part] * dz[part] - height(x, y)
         return free
 
     old, old_above = guess, above(guess)
