@@ -16,7 +16,7 @@ from debulk.arguments import typed
 from debulk.arrays import Floats, Singles
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
-from debulk.scenes.camera import Camera, aim
+from debulk.scenes.camera import aim
 from debulk.scenes.debulked import Debulked, Scanner, debulk
 from debulk.scenes.outline import StarPolygon, irregular_outline
 from debulk.scenes.placement import place
@@ -193,7 +193,8 @@ def layup(
     if threads is not None:
         _check_whole("threads", threads, 1, 1024)
 
-    camera, edge, pockets, decoys = _drawn(seed, (width, height), pitch_mm, thickness_mm, cut_height_mm)
+    camera = aim(_drawing(seed), (width, height), pitch_mm)
+    edge, pockets, decoys = _drawn(seed, thickness_mm, cut_height_mm)
     outline = edge.copy()
     ply = StarPolygon(outline)
     target = Target(ply, thickness_mm, tuple(b.bell for b in (*pockets, *decoys)))
@@ -218,18 +219,20 @@ def layup(
     return Layup(scan, reference, camera.mold_from_scanner, intrinsics, outline, truth, scanner)
 
 
-@functools.lru_cache(maxsize=8)  # two thirds of the time of a small scan, of which a layup may have many
-def _drawn(
-    seed: int, pixels: tuple[int, int], pitch_mm: float | None, thickness_mm: float, cut_height_mm: float
-) -> tuple[Camera, Floats, tuple[Bump, ...], tuple[Bump, ...]]:
-    """Draw the camera, the ply's outline, pockets and decoys of a layup."""
-    rng = np.random.Generator(np.random.SFC64([seed, 0]))
-    camera = aim(rng, pixels, pitch_mm)
+def _drawing(seed: int) -> np.random.Generator:
+    return np.random.Generator(np.random.SFC64([seed, 0]))
+
+
+@functools.lru_cache(maxsize=32)  # two thirds of the time of a small scan, of which a layup may have many
+def _drawn(seed: int, thickness_mm: float, cut_height_mm: float) -> tuple[Floats, tuple[Bump, ...], tuple[Bump, ...]]:
+    """Draw the ply's outline, pockets and decoys of a layup, which are the same in every image of it."""
+    rng = _drawing(seed)
+    aim(rng, (64, 48), None)  # what is drawn first, for any image
     outline = irregular_outline(rng)
     pockets, decoys = place(rng, outline, thickness_mm, cut_height_mm)
-    for bump in (*pockets, *decoys):  # which all scans of the layup share
+    for bump in (*pockets, *decoys):
         bump.outline_mm.flags.writeable = bump.foot_outline_mm.flags.writeable = False
-    return camera, outline, tuple(pockets), tuple(decoys)
+    return outline, tuple(pockets), tuple(decoys)
 
 
 def _xy(xy: ArrayLike) -> tuple[Floats, Floats]:
