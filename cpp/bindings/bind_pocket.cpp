@@ -275,6 +275,11 @@ void bind_pocket(py::module_ m) {
     return height_noise(grid);
   });
   m.def("polygon_area", [](const Array<double>& outline) { return polygon_area(points<2>(outline, "outline_mm")); });
+  m.def("rings", [](const Array<double>& outline) {
+    std::vector<std::pair<std::size_t, std::size_t>> out;
+    for (const Ring& ring : rings(points<2>(outline, "outline_mm"))) out.emplace_back(ring.begin, ring.end);
+    return out;
+  });
   m.def("inside_polygon", &insides, py::arg("outline_mm"), py::arg("xy_mm"));
   m.def("distance_to_outline", &distances, py::arg("outline_mm"), py::arg("xy_mm"));
 }

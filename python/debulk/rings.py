@@ -28,15 +28,7 @@ def split(outline: Floats) -> list[Floats]:
     >>> [len(ring) for ring in split(joined([square, 0.5 * square + 1]))], [len(ring) for ring in split(square)]
     ([4, 4], [4])
     """
-    rings, first = [], 0
-    while first < len(outline):
-        again = np.flatnonzero((outline[first + 3 :] == outline[first]).all(axis=1))
-        if not len(again):
-            return [outline]  # one polygon, whatever its corners touch
-        end = first + 3 + int(again[0])
-        rings.append(outline[first:end])
-        first = end + 1
-    return rings
+    return [outline[begin:end] for begin, end in _core.pocket.rings(outline)]
 
 
 def joined(rings: Sequence[Floats]) -> Floats:

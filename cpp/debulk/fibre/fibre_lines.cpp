@@ -22,16 +22,16 @@ void FibreOptions::check() const {
 namespace {
 
 // Coordinates along a line at which the outline crosses it, sorted.
-std::vector<double> crossings(const Polygon& ply, const Eigen::Vector2d& from, const Eigen::Vector2d& way) {
+std::vector<double> crossings(const OutlineSearch& ply, const Eigen::Vector2d& from, const Eigen::Vector2d& way) {
   const Eigen::Vector2d across(-way.y(), way.x());
   std::vector<double> out;
-  for_sides(ply, [&](const Eigen::Vector2d& one, const Eigen::Vector2d& other) {
+  for (const auto& [one, other] : ply.sides()) {
     const Eigen::Vector2d a = one - from, b = other - from;
     const double aside = a.dot(across), beyond = b.dot(across);
-    if ((aside < 0) == (beyond < 0)) return;
+    if ((aside < 0) == (beyond < 0)) continue;
     const double share = aside / (aside - beyond);
     out.push_back((1 - share) * a.dot(way) + share * b.dot(way));
-  });
+  }
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -116,8 +116,8 @@ std::vector<FibreLine> straight_lines(const std::array<double, 2>& angles, const
                                       const FibreOptions& options) {
   options.check();
   for (const double angle : angles) require(std::isfinite(angle), "fibre_angles_deg", "finite angles", angle);
-  const Polygon outline = ply.empty() ? corners(box) : ply;
-  const Box around = bounding_box(outline);
+  const OutlineSearch outline(ply.empty() ? corners(box) : ply);
+  const Box around = bounding_box(outline.polygon());
   const Eigen::Vector2d centre = 0.5 * (around.low + around.high);
   const double reach = 0.5 * (around.high - around.low).norm();
   std::vector<FibreLine> out;

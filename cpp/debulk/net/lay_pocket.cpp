@@ -43,14 +43,10 @@ Eigen::Vector2d net_centre(const Polygon& outline, const Eigen::Vector2d& centro
 // A pocket's outline without the ply's cut-outs that lie in it, in which no net can begin.
 Polygon on_ply(const Polygon& outline, const Polygon& ply) {
   Polygon out = outline;
-  if (!has_rings(ply)) return out;
-  for (std::size_t first = 0, k = 0; k < ply.size(); ++k) {
-    if (!closes(ply, first, k)) continue;
-    if (first > 0 && inside(outline, ply[first])) {
-      if (out.size() == outline.size()) out.push_back(outline.front());
-      out.insert(out.end(), ply.begin() + static_cast<std::ptrdiff_t>(first), ply.begin() + static_cast<std::ptrdiff_t>(k) + 1);
-    }
-    first = k + 1;
+  for (const Ring& ring : rings(ply)) {
+    if (ring.begin == 0 || !inside(outline, ply[ring.begin])) continue;
+    if (out.size() == outline.size()) out.push_back(outline.front());
+    out.insert(out.end(), ply.begin() + static_cast<std::ptrdiff_t>(ring.begin), ply.begin() + static_cast<std::ptrdiff_t>(ring.end) + 1);
   }
   return out;
 }

@@ -17,6 +17,7 @@ class OutlineSearch {
 
   bool empty() const { return polygon_.empty(); }
   const Polygon& polygon() const { return polygon_; }
+  const std::vector<std::array<Eigen::Vector2d, 2>>& sides() const { return sides_; }  // their ends, as for_sides gives them
   bool inside(const Eigen::Vector2d& point) const;
   double distance(const Eigen::Vector2d& point) const;                // infinite for an empty polygon
   bool within(const Eigen::Vector2d& point, double reach) const;      // distance(point) <= reach

@@ -6,6 +6,7 @@
 
 #include "debulk/core/error.hpp"
 #include "debulk/pocket/cross.hpp"
+#include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
 namespace {
@@ -24,11 +25,13 @@ double nearest_squared(const Polygon& polygon, const Eigen::Vector2d& point) {
 
 }  // namespace
 
-bool has_rings(const Polygon& polygon) {
-  std::size_t first = 0;
-  for (std::size_t k = 0; k < polygon.size(); ++k)
-    if (closes(polygon, first, k)) first = k + 1;
-  return first > 0 && first == polygon.size();
+std::vector<Ring> rings(const Polygon& polygon) {
+  std::vector<Ring> out;
+  std::size_t begin = 0;
+  for (std::size_t k = 3; k < polygon.size(); ++k)
+    if (k >= begin + 3 && polygon[k] == polygon[begin]) out.push_back({begin, k}), begin = k + 1;
+  if (begin < polygon.size()) out.assign(1, {0, polygon.size()});
+  return out;
 }
 
 // Sums are taken relative to the first corner, because far from the origin the products would cancel.
@@ -88,14 +91,15 @@ Eigen::Vector2d deepest_point(const Polygon& polygon) {
   constexpr int kAcross = 24, kFinerTimes = 4;  // a grid over the box, then finer ones round its best point
   const Box box = bounding_box(polygon);
   Eigen::Vector2d best = polygon_centroid(polygon), size = box.high - box.low;
-  double depth = inside(polygon, best) ? distance_to_outline(polygon, best) : 0;
+  const OutlineSearch outline(polygon);
+  double depth = outline.inside(best) ? outline.distance(best) : 0;
   for (int finer = 0; finer < kFinerTimes; ++finer) {
     const Eigen::Vector2d low = finer == 0 ? box.low : Eigen::Vector2d(best - size / 2);
     for (int j = 0; j <= kAcross; ++j)
       for (int i = 0; i <= kAcross; ++i) {
         const Eigen::Vector2d p = low + size.cwiseProduct(Eigen::Vector2d(i, j) / kAcross);
-        if (!inside(polygon, p)) continue;
-        const double d = distance_to_outline(polygon, p);
+        if (!outline.inside(p)) continue;
+        const double d = outline.distance(p);
         if (d > depth) depth = d, best = p;
       }
     size *= 3.0 / kAcross;

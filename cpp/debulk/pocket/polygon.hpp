@@ -11,23 +11,20 @@ namespace debulk {
 // From one ring to the next leads no side, and what lies in an even number of them is outside.
 using Polygon = std::vector<Eigen::Vector2d>;
 
-// Whether a ring that began at corner `first` ends at corner k.
-inline bool closes(const Polygon& polygon, std::size_t first, std::size_t k) {
-  return k >= first + 3 && polygon[k] == polygon[first];
-}
+// The corners of one ring, from `begin` to before `end`; the corner that closes it is not among them.
+struct Ring {
+  std::size_t begin, end;
+};
 
-// Whether all corners belong to rings that end with their first corner.
-bool has_rings(const Polygon& polygon);
+// The rings of an outline; a single polygon is one, whatever its corners touch.
+std::vector<Ring> rings(const Polygon& polygon);
 
-// Calls body(a, b) for every side in order, the closing one last.
+// Calls body(a, b) for every side in order, the closing one of each ring last. For many points one search of the sides
+// is faster (outline_search.hpp).
 template <class Body>
 void for_sides(const Polygon& polygon, const Body& body) {
-  const bool rings = has_rings(polygon);
-  for (std::size_t first = 0, k = 0; k < polygon.size(); ++k)
-    if (rings && closes(polygon, first, k))
-      first = k + 1;
-    else
-      body(polygon[k], polygon[k + 1 == polygon.size() ? 0 : k + 1]);
+  for (const Ring& ring : rings(polygon))
+    for (std::size_t k = ring.begin; k < ring.end; ++k) body(polygon[k], polygon[k + 1 == ring.end ? ring.begin : k + 1]);
 }
 
 // Signed area, mm2: positive if the corners run counter-clockwise; 0 for fewer than three corners.

@@ -11,6 +11,7 @@
 #include "debulk/core/simd.hpp"
 #include "debulk/pocket/drop_out.hpp"
 #include "debulk/pocket/outline.hpp"
+#include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/smooth_outline.hpp"
 #include "debulk/surface/thin_plate.hpp"
 
@@ -72,14 +73,10 @@ void intersect(const std::vector<Run>& a, const std::vector<Run>& b, std::vector
   }
 }
 
-bool near_ply_edge(const Polygon& outline, const SegmentOptions& options, double spacing) {
-  if (!options.ply_outline) return false;
-  const double tolerance = options.edge_tol_mm > 0 ? options.edge_tol_mm : 2 * spacing;
+bool near_ply_edge(const Polygon& outline, const OutlineSearch& ply_edge, double tolerance) {
   const Box box = bounding_box(outline);  // every point lies within half its diagonal of the middle
-  const double half = (box.high - box.low).norm() / 2;
-  if (distance_to_outline(*options.ply_outline, (box.low + box.high) / 2) > half + tolerance) return false;
-  return std::any_of(outline.begin(), outline.end(),
-                     [&](const Eigen::Vector2d& p) { return distance_to_outline(*options.ply_outline, p) <= tolerance; });
+  return ply_edge.within((box.low + box.high) / 2, (box.high - box.low).norm() / 2 + tolerance) &&
+         std::any_of(outline.begin(), outline.end(), [&](const Eigen::Vector2d& p) { return ply_edge.within(p, tolerance); });
 }
 
 void take(Outline&& outline, Pocket& p) {
@@ -238,12 +235,14 @@ const Segmentation& Segmenter::run(const Grid<float>& given, const SegmentOption
   const auto low = [&](const Pocket& p) { return p.peak - options.cut_height_mm < options.peak_tol_mm; };
   std::vector<std::uint8_t> pocket(count);
   for (std::size_t k = 0; k < count; ++k) pocket[k] = !small(found[k]) && !low(found[k]);
+  const OutlineSearch ply_edge(options.ply_outline.value_or(Polygon()));
+  const double edge_tol = options.edge_tol_mm > 0 ? options.edge_tol_mm : 2 * given.spacing;
   const std::vector<std::size_t> order = largest_first(found);  // so that no thread is left with the largest at the end
   parallel_for(static_cast<long>(count), 1, threads, stop, [&](long begin, long) {
     const std::size_t k = order[static_cast<std::size_t>(begin)];
     if (!pocket[k]) return;
     if (options.smooth_mm > 0) measure_smoothly(components, k, pocket, out_, before_median, found[k]);
-    found[k].touches_ply_edge |= near_ply_edge(found[k].outline, out_.options, given.spacing);
+    found[k].touches_ply_edge |= near_ply_edge(found[k].outline, ply_edge, edge_tol);
   });
 
   std::vector<std::int32_t> id_of(count, 0);

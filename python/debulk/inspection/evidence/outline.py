@@ -19,7 +19,9 @@ PAST_MIDDLE = 0.55  # of the height of an edge: just beyond the half that its mi
 
 
 class Outline:
-    """The outline with its strips, prepared once and used for scan after scan.
+    """An edge of the ply with its strips, prepared once and used for scan after scan.
+
+    Ring 0 of the ply's outline is its outer edge, the others are the edges of its cut-outs.
 
     `bare_mm` gives the heights (N,) of the bare mold above the datum at (N, 2) places; None: 0 everywhere. The
     attribute of that name has them in the strips, (N, K).
@@ -27,14 +29,10 @@ class Outline:
     `places_mm` and `normals` are (N, 2) points along it, `step_mm` apart, and the outward unit normals there;
     `offsets_mm` (K,) are the distances of the strips' middles from it, positive outside it. `stretches` is the number
     of stretches of equally many places, of about 40 mm.
-
-    `whole_mm` is the outline of which the corners are a ring; None: it is the only one.
     """
 
-    def __init__(
-        self, corners_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None, whole_mm: Floats | None = None
-    ) -> None:
-        whole_mm = corners_mm if whole_mm is None else whole_mm
+    def __init__(self, outline_mm: Floats, bare_mm: Callable[[Floats], Floats] | None = None, ring: int = 0) -> None:
+        corners_mm = rings.split(outline_mm)[ring]
         ends = np.roll(corners_mm, -1, axis=0)
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
         along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -49,20 +47,20 @@ class Outline:
         along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-        if pocket.polygon_area(whole_mm) < 0:
+        if pocket.polygon_area(outline_mm) < 0:
             normal = -normal
         self.offsets_mm = np.arange(-STRETCH_MM + 0.5 * _STRIP_MM, STRETCH_MM, _STRIP_MM)
         xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
         # At corners a strip's points may lie on the other side of another stretch; these are not used.
-        inside = pocket.inside(whole_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
-        near = pocket.distance_to_outline(whole_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        inside = pocket.inside(outline_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
+        near = pocket.distance_to_outline(outline_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
         own = (inside == (self.offsets_mm < 0)) & (near > 0.7 * np.abs(self.offsets_mm))
         self._xy, self._own = xy, own
         self.places_mm, self.normals = points, normal
         self.step_mm = float(along_mm[-1]) / (count * steps)
         self.stretches = count
         self.bare_mm = np.zeros(own.shape) if bare_mm is None else bare_mm(xy.reshape(-1, 2)).reshape(own.shape)
-        self._corners, self._bare, self._cut_out = corners_mm, bare_mm, not np.array_equal(whole_mm[0], corners_mm[0])
+        self._corners, self._bare, self._cut_out = corners_mm, bare_mm, ring > 0
 
     def strips(self, heights: Grid) -> Floats:
         """Return the (N, K) heights at the places and offsets, from a height map; NaN: nothing known."""
@@ -106,7 +104,7 @@ class Outline:
 
 def outlines_of(ply_outline: Floats, bare_mm: Callable[[Floats], Floats]) -> list[Outline]:
     """Return the edges of a ply, the outer one first, then those of its cut-outs."""
-    return [Outline(ring, bare_mm, ply_outline) for ring in rings.split(ply_outline)]
+    return [Outline(ply_outline, bare_mm, ring) for ring in range(len(rings.split(ply_outline)))]
 
 
 def edge_seen(heights: Grid, bare_mm: Callable[[Floats], Floats], thickness_mm: float) -> Outline | None:
