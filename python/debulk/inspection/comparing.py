@@ -56,20 +56,21 @@ def compared(
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
     peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
-    between = np.isfinite(filtered.values)
+    beside = np.ones(filtered.values.shape, dtype=bool)  # on the ply, in no pocket's outline
     if report.ply_outline_mm is not None:
-        between &= pocket.inside_outline(report.ply_outline_mm, filtered)
+        beside &= pocket.inside_outline(report.ply_outline_mm, filtered)
+    for known in report.pockets:
+        beside &= ~pocket.inside_outline(known.outline_mm, filtered)
+    between, marked = beside & np.isfinite(filtered.values), Grid(beside, filtered.origin_mm, filtered.spacing_mm)
     pockets = []
     for known in report.pockets:
-        inside = pocket.inside_outline(known.outline_mm, filtered)
-        between &= ~(inside | pocket.inside_outline(known.foot_or_outline_mm, filtered))
+        between &= ~pocket.inside_outline(known.foot_or_outline_mm, filtered)
         ridge = known.deciding_ridge
         both_mm = np.concatenate([known.outline_mm, known.foot_or_outline_mm])
         box_mm = np.stack([both_mm.min(axis=0), both_mm.max(axis=0)])
         round_mm = _ROUND * heights.spacing_mm
-        near, smoothed, peak = (grid.over(box_mm, round_mm) for grid in (heights, filtered, peaks))
-        foot = _foot(known, report, near)
-        measured, reason, figures = _measure(known, foot, near, smoothed, peak, recipe, hidden)
+        near, smoothed, peak, free = (grid.over(box_mm, round_mm) for grid in (heights, filtered, peaks, marked))
+        measured, reason, figures = _measure(known, free.values, near, smoothed, peak, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -166,29 +167,22 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 
 
-def _foot(known: PocketReport, report: Report, heights: Grid) -> NDArray[np.bool_]:
-    """Mark where a fold of the pocket may stand: in its outline and its foot, not off the ply or in another pocket."""
-    foot = pocket.inside_outline(known.foot_or_outline_mm, heights)
-    if report.ply_outline_mm is not None:
-        foot &= pocket.inside_outline(report.ply_outline_mm, heights)
-    for other in report.pockets:
-        if other is not known:
-            foot &= ~pocket.inside_outline(other.outline_mm, heights)
-    return foot | pocket.inside_outline(known.outline_mm, heights)
-
-
 def _measure(
     known: PocketReport,
-    foot: NDArray[np.bool_],
+    free: NDArray[np.bool_],
     heights: Grid,
     filtered: Grid,
     peaks: Grid,
     recipe: Recipe,
     hidden: Hidden,
 ) -> tuple[Verdict, str, dict[str, Any]]:
-    """Return the outcome of one pocket, the reason, and its figures."""
+    """Return the outcome of one pocket, the reason, and its figures.
+
+    `free` marks the ply outside all pockets' outlines: a fold of this pocket may stand there, too, within its foot.
+    """
     limits = recipe.verdict
     inside = pocket.inside_outline(known.outline_mm, heights)
+    foot = inside | (free & pocket.inside_outline(known.foot_or_outline_mm, heights))
     seen = inside & np.isfinite(filtered.values)
     share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
     if share < limits.min_pocket_coverage:
