@@ -28,6 +28,7 @@ from debulk.inspection.clouds.thinning import thinned
 from debulk.inspection.comparing import check_place, compared, measured, of_another_scan, pressed
 from debulk.inspection.evaluate.all_pockets import audit, evaluate_all, not_judged
 from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.ply_image import ply_image
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.find.found import Found, FoundPocket
 from debulk.inspection.find.whole_scan import WholeScanFinder
@@ -375,11 +376,14 @@ class Inspector:
         ) as searched:
             return self._judge(points, sample, searched, lying, cycle)
 
+    def _image(self, points: NDArray[np.float32], sample: Sample) -> CloudImage | None:
+        return ply_image(points, sample.pitch_mm, self.setup, self._placing.zones.box_mm)
+
     def _search_raw(
         self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop
     ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
         """Look in the raw image for filled-in patches, what filters would hide, and the chain's signature."""
-        image = self._filled.image_of(points, sample)
+        image = self._image(points, sample)
         filled = self._filled.find(image, stop)
         standing = self._narrow.find(image, stop)
         return (

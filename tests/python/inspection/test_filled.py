@@ -376,7 +376,7 @@ def test_heights_are_clipped_along_another_axis_than_the_scanners():
 def test_the_search_heeds_a_stop_and_a_deadline_leaves_a_doubt(monkeypatch):
     inspector, scan = laid_ply.inspector(), laid_ply.scan(lambda x, y: 0 * x)
     assert inspector.inspect(scan).verdict is Verdict.CEASE
-    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
+    image = inspector._image(scan, inspector._placing.look(scan, _core.Stop()))
     late, cancelled = _core.Stop(), _core.Stop()
     late.set_deadline(1e-9)
     filled = inspector._filled.find(image, late)

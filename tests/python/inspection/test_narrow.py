@@ -59,7 +59,7 @@ def _scan(count=None):
 
 def _find(inspector, scan, stop=None):
     """Return what stands narrowly in a scan."""
-    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
+    image = inspector._image(scan, inspector._placing.look(scan, _core.Stop()))
     return inspector._narrow.find(image, stop)
 
 
@@ -271,7 +271,7 @@ def test_an_image_of_every_second_row_or_column_is_not_searched(axis, first):
     scan = laid_ply.scan(lambda x, y: 0 * x).copy()
     np.moveaxis(scan, axis, 0)[first::2] = np.nan
     inspector = laid_ply.inspector()
-    image = inspector._filled.image_of(scan, inspector._placing.look(scan, _core.Stop()))
+    image = inspector._image(scan, inspector._placing.look(scan, _core.Stop()))
     (entry,) = inspector._narrow.find(image).left_out
     assert entry.why == "the pitch of the scan's pixels is not known"
 

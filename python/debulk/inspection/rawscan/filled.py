@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from debulk import _core
-from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.clouds.thinning import window_of
-from debulk.inspection.evidence.cloud_image import CloudImage, in_lines, laid_out
-from debulk.inspection.evidence.outline import STRETCH_MM, Outline
+from debulk.arrays import Bools, Cloud
+from debulk.inspection.evidence.cloud_image import CloudImage
+from debulk.inspection.evidence.outline import Outline
+from debulk.inspection.evidence.ply_image import shows
 from debulk.inspection.evidence.ply_zones import PlyZones
-from debulk.inspection.evidence.sample import Sample, over_reference
+from debulk.inspection.evidence.sample import over_reference
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import MIDDLE
@@ -67,32 +67,6 @@ class FilledSearch:
         self.smoothed = SmoothedSearch(setup, outline)
         self._least_mm2 = options.looked_for_mm2(setup.recipe)
 
-    def image_of(self, scan: Cloud, sample: Sample) -> CloudImage | None:
-        """Return what a scan shows of the ply and round it as an image, given a sample of it, less what the mask hides.
-
-        None: too few points of a list lie on the ply. Round it lies what shows how sharp its edge is.
-        """
-        pitch_mm, mask, (low, high) = sample.pitch_mm, self._setup.mask, self._zones.box_mm
-        low, high = low - STRETCH_MM, high + STRETCH_MM
-        image = CloudImage(scan, scan, pitch_mm) if scan.ndim == 3 else in_lines(scan, pitch_mm)
-        if image is None:
-            prepared, pose = self._setup.prepared, self._setup.mold_from_scanner
-            return laid_out(scan, pose, prepared.reference, np.array([low, high]), pitch_mm, self._threads)
-        window = self._window(image.points, low, high)  # a scan often shows much more than the ply
-        part = image.points[window]
-        if mask is not None and mask.shape == scan.shape[:2]:
-            part = np.where(mask[window][..., None], np.float32(np.nan), part)
-        return CloudImage(part, part, pitch_mm)
-
-    def _window(self, image: Cloud, low: Floats, high: Floats) -> tuple[slice, slice]:
-        """Return the rows and columns of a scan's image that show what lies between two corners, mold XY."""
-
-        def wanted(points: Cloud) -> Bools:
-            xy = over_reference(points, self._setup)[0][:, :2]
-            return np.asarray(((xy >= low) & (xy <= high)).all(axis=1))
-
-        return window_of(image, wanted)
-
     def find(self, image: CloudImage | None, stop: _core.Stop | None = None) -> Filled:
         """Search a scan's image. A deadline of the stop ends the search with a finding."""
         return or_late(
@@ -131,7 +105,7 @@ class FilledSearch:
     def _not_vouched(self, image: CloudImage, stop: _core.Stop) -> tuple[tuple[Made, ...], str]:
         axes = (UP,) if image.laid else self._axes
         if not image.laid:  # beside the ply another surface has another noise
-            part = image.points[self._window(image.points, *self._zones.box_mm)]
+            part = image.points[shows(image.points, self._setup, self._zones.box_mm)]
             image = CloudImage(part, part, image.pitch_mm)
         asked = asked_in(image, axes, self._threads, stop)
         places, shape = asked.points.reshape(-1, 3), asked.points.shape[:2]
