@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from debulk.grid import Grid
 from debulk.history.search import Search
+from debulk.history.tables import counting_outcomes
 
 FIGURES = {
     "noise_mm": "noise of the height map, mm",
@@ -45,7 +46,8 @@ class Overview:
     causes: dict[tuple[str, str], int]
     """Number of layups by the check and its verdict."""
     outcomes: dict[tuple[str, str], int]
-    """Number of pockets by predicted and measured verdict: of each pocket, the last that was measured or said."""
+    """Number of pockets by predicted and measured verdict: of each pocket the one that counts, as for
+    `debulk.learning.calibrate`."""
     places: dict[str, Grid]
     """For "all" and "CREASE", the number of such pockets per cell, on a grid in mold XY; empty without any pocket."""
     versions: Mapping[str, int]
@@ -79,11 +81,9 @@ def overview(connection: sqlite3.Connection, search: Search) -> Overview:
         {name: np.array(read.get(name, ()), dtype=np.float64) for name in FIGURES},
         _chain(connection, read.get("record", ())),
         _pairs(connection, f"SELECT name, verdict, count(*) FROM cause WHERE {of('record')} GROUP BY 1, 2"),
-        # Of several outcomes of one pocket the last counts: SQLite takes the other columns from the row of the maximum.
         _pairs(
             connection,
-            f"SELECT predicted, measured, count(*) FROM (SELECT predicted, measured, max(record) FROM outcome "
-            f"WHERE {of('report')} GROUP BY report, pocket) GROUP BY 1, 2",
+            f"SELECT predicted, measured, count(*) FROM ({counting_outcomes(of('report'))}) GROUP BY 1, 2",
         ),
         _places(connection, of("record")),
         Counter(read.get("version", ())),

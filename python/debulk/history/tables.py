@@ -44,6 +44,18 @@ _INDEXES = (
 )
 
 
+def counting_outcomes(wanted: str = "1") -> str:
+    """Return a query of the one outcome that counts of each pocket, of reports that fit a condition.
+
+    Of the last that a comparison measured and the last that somebody said, it is the later one that is CEASE or CREASE;
+    if neither is, the later one. SQLite takes the columns from the row of the maximum.
+    """
+    columns = "report, pocket, predicted, measured, peak_mm"
+    last = f"SELECT {columns}, max(record) AS record FROM outcome WHERE {wanted} GROUP BY report, pocket, source"
+    later = "max(record + (measured IN ('CEASE', 'CREASE')) * (1 << 62))"
+    return f"SELECT {columns}, {later} FROM ({last}) GROUP BY report, pocket"
+
+
 @contextmanager
 def connected(path: Path, *, write: bool = False) -> Iterator[sqlite3.Connection]:
     """Open a history for one piece of work, which is committed as a whole at the end, or not at all.

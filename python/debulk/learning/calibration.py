@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from debulk._core import InputError
 from debulk.arguments import typed
 from debulk.history.store import History
-from debulk.history.tables import connected
+from debulk.history.tables import connected, counting_outcomes
 from debulk.learning.detection import Pod, pod
 from debulk.learning.likelihood import Outcomes, Posterior, Prior, posterior
 from debulk.recipe import Recipe
@@ -144,12 +144,13 @@ def calibrate(
     """
     if not 0 < wanted_mm < 1:
         raise InputError(f"wanted_mm: expected a width between 0 and 1 mm, got {wanted_mm!r}")
-    known, sizes, all_ridges, open_pockets, undecided = _read(history)
+    read = _read(history)
+    known = read.outcomes
     creased = int(known.creased.sum())
     if len(known) < _LEAST or creased in (0, len(known)):
         raise InputError(
             f"{history.path}: expected at least {_LEAST} outcomes of pockets that their excess decided, some creased "
-            f"and some not, but got {creased} creased of {len(known)}{also(undecided)}: "
+            f"and some not, but got {creased} creased of {len(known)}{also(read.undecided)}: "
             "run debulk compare --history, or debulk history outcome"
         )
     costs = costs or Costs()
@@ -158,13 +159,14 @@ def calibrate(
     limit = limit if limit > thickness_mm / bulk_factor else 0.0
     best, best_mm = _best(found)
     lacking = (1.96 / wanted_mm) ** 2 - 1 / found.limit_sd_mm**2
-    usual = float(found.information(all_ridges[:: max(1, len(all_ridges) // 500)]).mean()) if len(all_ridges) else 0.0
-    ask = tuple(one for one in open_pockets if best_mm[0] <= one[2] <= best_mm[1])[:_SHOWN]
-    detected, why = _detection(*sizes)
+    ridges_mm = read.ridges_mm[:: max(1, len(read.ridges_mm) // 500)]
+    usual = float(found.information(ridges_mm).mean()) if len(ridges_mm) else 0.0
+    ask = tuple(one for one in read.open if best_mm[0] <= one[2] <= best_mm[1])[:_SHOWN]
+    detected, why = _detection(read.sizes_mm, read.hits)
     return Calibrated(
         known, found, costs, limit, present_mm, excess_of_ridge(limit, thickness_mm),
         validated(known, costs, present_mm, prior), wanted_mm, max(0, math.ceil(lacking / best)),
-        max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why, undecided,
+        max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why, read.undecided,
     )  # fmt: skip
 
 
@@ -205,39 +207,46 @@ def _best(found: Posterior) -> tuple[float, tuple[float, float]]:
     return float(told.max()), (float(good[0]), float(good[-1]))
 
 
-_QUERY = """SELECT pocket.record, pocket.id, ridge_mm, noise_mm, pocket.verdict, last.measured, last.peak_mm,
-  EXISTS (SELECT 1 FROM outcome WHERE report = pocket.record AND outcome.pocket = pocket.id)
-FROM pocket LEFT JOIN
-  (SELECT report, pocket, measured, peak_mm, max(record) FROM
-    (SELECT report, pocket, measured, peak_mm, max(record) AS record FROM outcome GROUP BY report, pocket, source)
-   WHERE measured IN ('CEASE', 'CREASE') GROUP BY report, pocket)
-  AS last ON last.report = pocket.record AND last.pocket = pocket.id
+_QUERY = f"""SELECT pocket.record, pocket.id, ridge_mm, noise_mm, pocket.verdict, last.measured, last.peak_mm
+FROM pocket LEFT JOIN ({counting_outcomes()}) AS last ON last.report = pocket.record AND last.pocket = pocket.id
 WHERE decided_by = 'excess' AND noise_mm IS NOT NULL AND ridge_mm IS NOT NULL ORDER BY pocket.record DESC, pocket.id"""
 
 
-def _read(
-    history: History,
-) -> tuple[
-    Outcomes, tuple[NDArray[np.float64], NDArray[np.bool_]], NDArray[np.float64], list[tuple[int, int, float]], int
-]:
-    """Read what `calibrate` needs.
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What `calibrate` reads from a history."""
 
-    These are the outcomes; the heights that may stand, and whether each was not passed; all ridges; the pockets whose
-    outcome is not known; and the number of those among them of which no outcome decided.
-    """
+    outcomes: Outcomes
+    sizes_mm: NDArray[np.float64]
+    hits: NDArray[np.bool_]
+    """`sizes_mm`, `hits`: the heights that may stand, and whether each was not passed."""
+    ridges_mm: NDArray[np.float64]
+    """Of all pockets."""
+    open: list[tuple[int, int, float]]
+    """(record, pocket, ridge in mm) of those whose outcome is not known."""
+    undecided: int
+    """Number of those of which no outcome decided."""
+
+
+def _read(history: History) -> _Known:
     with connected(history.path) as connection:
         rows = connection.execute(_QUERY).fetchall()
-    known = [row for row in rows if row[5] is not None]
+    known = [row for row in rows if row[5] in ("CEASE", "CREASE")]
+    unknown = [row for row in rows if row[5] not in ("CEASE", "CREASE")]
     outcomes = Outcomes(
         np.array([row[2] for row in known], dtype=np.float64),
         np.array([row[3] for row in known], dtype=np.float64),
         np.array([row[5] == "CREASE" for row in known], dtype=bool),
     )
     sized = [(row[6], row[4] != "CEASE") for row in known if row[6] is not None and row[6] > 0]
-    sizes = np.array([size for size, _ in sized], dtype=np.float64), np.array([hit for _, hit in sized], dtype=bool)
-    ridges = np.array([row[2] for row in rows], dtype=np.float64)
-    unknown = [row for row in rows if row[5] is None]
-    return outcomes, sizes, ridges, [row[:3] for row in unknown], sum(row[7] for row in unknown)
+    return _Known(
+        outcomes,
+        np.array([size for size, _ in sized], dtype=np.float64),
+        np.array([hit for _, hit in sized], dtype=bool),
+        np.array([row[2] for row in rows], dtype=np.float64),
+        [row[:3] for row in unknown],
+        sum(row[5] is not None for row in unknown),
+    )
 
 
 def also(undecided: int) -> str:

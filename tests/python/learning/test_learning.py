@@ -15,7 +15,9 @@ from debulk import InputError
 from debulk.cli import app
 from debulk.history import History
 from debulk.history.check import record_hash
+from debulk.history.overview import overview
 from debulk.history.rows import LayupRow, OutcomeRow, PocketRow, as_tuples, digest
+from debulk.history.search import Search
 from debulk.history.tables import connected
 from debulk.learning import Outcomes, calibrate, pod, posterior
 from debulk.learning.calibration import Costs, cost_limit_mm
@@ -266,6 +268,9 @@ def test_what_a_scan_did_not_decide_is_no_outcome(tmp_path):
             connection.execute("INSERT INTO outcome VALUES (?, ?, 1, 'scan', 'CEASE', 'UNDECIDED', ?, 0.9, 1)", row)
     found = calibrate(there)  # takes back what an earlier scan seemed to show, and not what somebody said
     assert (len(found.outcomes), int(found.outcomes.creased.sum()), found.undecided) == (10, 9, 10)
+    with connected(there.path) as connection:  # the page of the history counts the same outcomes
+        shown = overview(connection, Search()).outcomes
+    assert shown == {("CEASE", "CREASE"): 9, ("CEASE", "UNDECIDED"): 10, ("CEASE", "CEASE"): 1}
 
 
 def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
