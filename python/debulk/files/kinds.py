@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 
 from debulk.files.source import Source
 
 TEXT = (".xyz", ".csv", ".txt", ".pts", ".asc")
 
 _CLOUDS = {
-    rb"\x93NUMPY": ".npy", rb"PK\x03\x04|PK\x05\x06": ".npz", rb"ply[ \t]*\r?\n": ".ply",
-    rb"# ?\.?PCD|(?:[ \t\r\n]*#[^\n]*\n)*[ \t\r\n]*(?:VERSION|FIELDS)[ \t]": ".pcd",
+    rb"\x93NUMPY": ".npy", rb"PK\x03\x04|PK\x05\x06": ".npz", rb"(?:\xef\xbb\xbf)?ply[ \t]*\r?\n": ".ply",
+    rb"(?:\xef\xbb\xbf)?(?:# ?\.?PCD|(?:[ \t\r\n]*#[^\n]*\n)*[ \t\r\n]*(?:VERSION|FIELDS)[ \t])": ".pcd",
 }  # fmt: skip
 _EXPORT = "export the cloud as .ply or .pcd"
 _SURFACE = f"{_EXPORT}: the points as they were measured, not a surface made from them"
@@ -112,7 +113,7 @@ def _cloud(head: bytes) -> str:
 
 
 def _refuse_other(source: Source, head: bytes) -> None:
-    opening = head.removeprefix(b"\xef\xbb\xbf")
+    opening = head.removeprefix(BOM_UTF8)
     for start, (what, remedy) in _OTHERS.items():
         if re.match(start, opening):
             source.fail(0, f"the file holds {what}", remedy)

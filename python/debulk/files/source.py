@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -97,6 +98,7 @@ class Source:
         line = self.file.readline(MAX_HEADER_BYTES)
         if not line.endswith(b"\n") or offset + len(line) > MAX_HEADER_BYTES:
             self.fail(offset, "the header does not end")
+        line = line if offset else line.removeprefix(BOM_UTF8)
         return offset, line.decode("utf-8", errors="replace").strip()  # comments and names may be in any language
 
     def check_size(

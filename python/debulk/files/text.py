@@ -17,6 +17,7 @@ Rules, so that nothing is guessed:
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple, NoReturn
@@ -52,7 +53,7 @@ class _Head(NamedTuple):
 
 def read_text(source: Source, factor: float) -> Points:
     """Read the points of a text file, (N, 3)."""
-    begin = 3 if source.file.read(3) == b"\xef\xbb\xbf" else 0
+    begin = 3 if source.file.read(3) == BOM_UTF8 else 0
     head = _head(source, begin)
     columns = len(split(without_comment(head.first.text), head.separator))
     if columns > MAX_COLUMNS or (head.names is None and columns >= _MATRIX_COLUMNS):

@@ -9,6 +9,7 @@ import socket
 import struct
 import warnings
 import zipfile
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,15 @@ def test_captures_of_a_depth_camera(name):
     assert 300 < np.median(z) < 10_000
     with pytest.raises(InputError, match=r"give unit=\"m\" \(--unit m\)"):
         files.load_cloud(path)
+
+
+@pytest.mark.parametrize("ending", [".ply", ".pcd", ".xyz", ".csv"])
+def test_an_editors_byte_order_mark_is_passed_over(tmp_path, ending):
+    points = np.random.default_rng(1).normal(0, 300, (60, 3)).astype(np.float32)
+    files.save_cloud(tmp_path / f"a{ending}", points)
+    data = (tmp_path / f"a{ending}").read_bytes()
+    assert same_bits(load(tmp_path, f"b{ending}", BOM_UTF8 + data), points)
+    assert "does not start like" in error_for(tmp_path, "a.npy", BOM_UTF8 + b"\x93NUMPY")
 
 
 def test_pages_after_a_compressed_pcd_are_passed_over(tmp_path):
