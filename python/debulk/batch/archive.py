@@ -26,10 +26,11 @@ class Layup(BaseModel):
     reference: Path
     """`scan`, `reference`: clouds of the draped ply and of what lay there before."""
     outline: Path | None = None
+    outline_layer: str | None = None
     mask: Path | None = None
     pose: Path | None = None
-    """`outline`, `mask`, `pose`: as for `debulk inspect`; a pose of "identity" says that the clouds are in the mold's
-    frame."""
+    """`outline`, `outline_layer`, `mask`, `pose`: as for `debulk inspect`; a pose of "identity" says that the clouds
+    are in the mold's frame."""
     angles_deg: tuple[float, float] = (0.0, 90.0)
     measured_angles: Path | None = None
     camera: tuple[float, float, float] | None = None

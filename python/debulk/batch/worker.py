@@ -31,7 +31,7 @@ def inspected(layup: Layup, recipe: dict[str, Any], build: str) -> tuple[bytes, 
         inspector = Inspector(
             Recipe(**recipe),
             files.load_cloud(of("reference"), layup.unit),
-            None if outline is None else files.load_outline(outline, layup.in_frame),
+            outline and files.load_outline(outline, layup.in_frame, layup.outline_layer),
             layup.angles_deg,
             np.eye(4) if str(layup.pose) == "identity" else pose and files.load_pose(pose, layup.in_frame),
             layup.camera,

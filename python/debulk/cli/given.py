@@ -25,6 +25,9 @@ Unit = Annotated[Literal["mm", "m"], typer.Option(help="Unit of all files.")]
 FrameUnit = Annotated[
     Literal["mm", "m"] | None, typer.Option(help="Unit of pose, outline and measured angles; unset: that of --unit.")
 ]
+OutlineLayer = Annotated[
+    str | None, typer.Option(help="Layer of a DXF on which the outline is, or layers: 1,11 if cut-outs have their own.")
+]
 ChainFile = Annotated[Path | None, typer.Option(help="The qualified chain, .json (debulk qualify).")]
 Approved = Annotated[Path | None, typer.Option(help="Approved recipes, .toml: with another recipe no layup is CEASE.")]
 
@@ -39,6 +42,7 @@ class Given:
     recipe: RecipeFile = None
     pose: Pose = None
     outline: Annotated[Path | None, typer.Option(help="The ply's outline in the mold frame, CSV x,y or DXF.")] = None
+    outline_layer: OutlineLayer = None
     angles: Annotated[
         str,
         typer.Option(
@@ -67,7 +71,7 @@ class Given:
 
         return {
             "recipe": Recipe() if self.recipe is None else Recipe.load(self.recipe),
-            "ply_outline": None if self.outline is None else files.load_outline(self.outline, self.in_frame),
+            "ply_outline": self.outline and files.load_outline(self.outline, self.in_frame, self.outline_layer),
             "fibre_angles_deg": angles,
             "mold_from_scanner": pose_of(self.pose, self.in_frame),
             "camera": camera,

@@ -73,6 +73,7 @@ def serve(
         approved=approved,
         unit=given.unit,
         frame_unit=given.in_frame,
+        outline_layer=given.outline_layer,
     )
     first = None if reference is None else cell.inspector(reference)
     folders, kept_in = Folders(folder or []), history_of(history)

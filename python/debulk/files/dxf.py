@@ -85,7 +85,7 @@ def read_dxf(path: Path, mm_per_unit: float, layer: str | None) -> list[NDArray[
     shown = [("closed, " if line.closed else "open, ") + line.described for line in lines[:8]]
     raise InputError(
         f"{path}: expected one closed line{where}, got {len(closed)} closed and {len(lines) - len(closed)} open: "
-        f"{'; '.join(shown)}: give the layer (layer=...), or keep only the outline in the file"
+        f"{'; '.join(shown)}: give the layer (--outline-layer, layer=...), or keep only the outline in the file"
         + (", with its cut-outs on its layer" if nested else "")
     )
 

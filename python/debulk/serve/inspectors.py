@@ -33,6 +33,7 @@ class Cell:
     approved: Path | None = None
     unit: files.Unit = "mm"  # of clouds
     frame_unit: files.Unit = "mm"  # of outlines and angles
+    outline_layer: str | None = None  # of outlines in DXF files
 
     def changed(self, angles: tuple[float, float] | None, outline: Path | None) -> Cell:
         """Return the same for a ply of other fibre angles and another outline, where they are given.
@@ -42,11 +43,14 @@ class Cell:
         own = self.fibre_angles_deg
         draped = replace(own, angles_deg=angles) if angles and isinstance(own, Draping) else angles
         cell = self if draped is None else replace(self, fibre_angles_deg=draped)
-        return cell if outline is None else replace(cell, ply_outline=files.load_outline(outline, self.frame_unit))
+        if outline is None:
+            return cell
+        return replace(cell, ply_outline=files.load_outline(outline, self.frame_unit, self.outline_layer))
 
     def inspector(self, reference: Path) -> Inspector:
         """Read a reference and prepare its inspector, which takes seconds; an error names the reference."""
-        given = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in ("unit", "frame_unit")}
+        of_files = "unit", "frame_unit", "outline_layer"
+        given = {one.name: getattr(self, one.name) for one in fields(self) if one.name not in of_files}
         try:
             return Inspector(reference=files.load_cloud(reference, self.unit), **given)
         except InputError as error:

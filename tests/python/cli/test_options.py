@@ -8,16 +8,22 @@ import shlex
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from debulk import Verdict, files, scenes
+from debulk import InputError, Recipe, Verdict, files, rings, scenes
+from debulk.batch.archive import Layup
+from debulk.batch.worker import inspected
+from debulk.build import build_id
 from debulk.cli import app
 from debulk.cli.examples import EXAMPLES
+from debulk.cli.given import Given
 from debulk.cli.support import EXIT_CODES
 from debulk.comparison import Comparison
 from debulk.report import Report
+from debulk.serve.inspectors import Cell
 
 ROOT = typer.main.get_command(app)
 
@@ -44,6 +50,28 @@ def test_a_help_shows_examples_and_exit_codes(name):
     assert "Exit codes: " in shown and "130 interrupted" in shown
     if name in ("", "inspect"):
         assert all(f"{code} {verdict.name}" in shown for verdict, code in EXIT_CODES.items())
+
+
+def test_a_dxf_may_have_its_cut_outs_on_a_layer_of_their_own(tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    document, outside = ezdxf.new(units=4), np.array([(0.0, 0.0), (400.0, 0.0), (400.0, 300.0), (0.0, 300.0)])
+    for layer, corners in (("1", outside), ("11", 0.1 * outside + 100)):
+        document.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})
+    path = tmp_path / "ply.dxf"
+    document.saveas(path)
+    expected = rings.outline([outside, 0.1 * outside + 100], "ply_outline")
+    context = ROOT.commands["inspect"].make_context("inspect", ["s.npy", "--reference=r.npy", "--outline-layer=1,11"])
+    given = Given(outline=path, outline_layer=context.params["outline_layer"])
+    np.testing.assert_allclose(given.read()["ply_outline"], expected)
+    cell = Cell(Recipe(), outline_layer=given.outline_layer).changed(None, path)
+    np.testing.assert_allclose(cell.ply_outline, expected)
+    with pytest.raises(InputError, match=r"2 closed and 0 open.*give the layer \(--outline-layer"):
+        Given(outline=path).read()
+    np.save(tmp_path / "mold.npy", np.random.default_rng(0).uniform(1, 99, (999, 3)).astype(np.float32))
+    layup = Layup(
+        folder=tmp_path, scan="s.npy", reference="mold.npy", outline="ply.dxf", outline_layer="CUT", context={}
+    )
+    assert "expected one closed line on layer 'CUT', got nothing" in inspected(layup, {}, build_id())[1]
 
 
 @pytest.mark.parametrize("example", sorted({line for lines in EXAMPLES.values() for line in lines}))
