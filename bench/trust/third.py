@@ -11,7 +11,8 @@ import argparse
 import csv
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import debulk
@@ -97,6 +98,27 @@ def _row(name: str, scenes: object, verdicts: Sequence[str], *wrong: object) -> 
     )
 
 
+@contextmanager
+def kept(path: Path, fields: Sequence[str]) -> Iterator[tuple[list[dict[str, str]], Callable[[dict[str, str]], None]]]:
+    """Open a CSV of outcomes for more: its rows, and what adds one to them and to the file at once."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = []
+    if path.exists():
+        with path.open(newline="") as known:
+            rows = list(csv.DictReader(known))
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, fields)
+        if not rows:
+            writer.writeheader()
+
+        def keep(row: dict[str, str]) -> None:
+            rows.append(row)
+            writer.writerow(row)
+            file.flush()
+
+        yield rows, keep
+
+
 def main() -> None:
     """Inspect the scenes that are missing, and print the table of all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -109,21 +131,11 @@ def main() -> None:
     if args.case is not None:
         print("\n".join(f"{name:14}{value}" for name, value in outcome(args.case).items()))
         return
-    args.kept.parent.mkdir(parents=True, exist_ok=True)
-    rows = []
-    if args.kept.exists():
-        with args.kept.open(newline="") as file:
-            rows = list(csv.DictReader(file))
-    done = {int(row["case"]) for row in rows}
-    with args.kept.open("a", newline="") as file:
-        writer = csv.DictWriter(file, FIELDS)
-        if not rows:
-            writer.writeheader()
+    with kept(args.kept, FIELDS) as (rows, keep):
+        done = {int(row["case"]) for row in rows}
         for number in range(args.first, args.first + args.scenes):
             if number not in done:
-                rows.append(outcome(number))
-                writer.writerow(rows[-1])
-                file.flush()
+                keep(outcome(number))
     text = table(sorted(rows, key=lambda row: int(row["case"])))
     print(text, end="")
     if args.out:

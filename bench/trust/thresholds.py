@@ -8,7 +8,6 @@ scenes that set it. Outcomes are kept in a CSV under build/trust as they come, a
 from __future__ import annotations
 
 import argparse
-import csv
 import dataclasses
 import importlib
 import pkgutil
@@ -17,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from third import LIMIT_MM, inspected
+from third import LIMIT_MM, inspected, kept
 
 import debulk
 import debulk.inspection
@@ -107,20 +106,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     args = parser.parse_args()
     scenes = {n: scene(n) for n in range(args.first, args.first + args.scenes)}
-    args.kept.parent.mkdir(parents=True, exist_ok=True)
-    rows = list(csv.DictReader(args.kept.open(newline=""))) if args.kept.exists() else []
-    done = {(row["threshold"], row["factor"], int(row["case"])) for row in rows}
-    with args.kept.open("a", newline="") as file:
-        writer = csv.DictWriter(file, FIELDS)
-        if not rows:
-            writer.writeheader()
+    with kept(args.kept, FIELDS) as (rows, keep):
+        done = {(row["threshold"], row["factor"], int(row["case"])) for row in rows}
 
         def look(name: str, factor: float) -> None:
             for number, given in scenes.items():
                 if (name, str(factor), number) not in done:
-                    rows.append(dict(zip(FIELDS, (name, str(factor), str(number), verdict_of(given)), strict=True)))
-                    writer.writerow(rows[-1])
-                    file.flush()
+                    keep(dict(zip(FIELDS, (name, str(factor), str(number), verdict_of(given)), strict=True)))
 
         look(AS_IT_IS, 1.0)
         for name, limits, field in thresholds():
