@@ -20,6 +20,7 @@ from debulk.results.looks import VERDICT_SIGNS
 from debulk.results.trace import now_utc
 from debulk.verdict import Verdict
 
+_Ring = tuple[tuple[float, float], ...]
 _MOST_CORNERS = 120  # of an outline that is only a picture
 
 
@@ -97,7 +98,8 @@ class Result:
     seconds: float
     refused: bool = False
     do: tuple[Place, ...] = ()
-    outline_mm: tuple[tuple[float, float], ...] = ()
+    outline_mm: _Ring = ()
+    cut_outs_mm: tuple[_Ring, ...] = ()
     warnings: tuple[str, ...] = ()
     record: int | None = None
     recipe: str = ""
@@ -106,12 +108,14 @@ class Result:
 
 def result_of(job: Job, report: Report, record: int | None) -> Result:
     """Return what is kept of a report."""
+    outside, *cut_outs = _rings(report.ply_outline_mm) or ((),)
     return _of_job(
         job,
         report.verdict,
         report.reason,
         do=tuple(map(Place.of, advice(report))),
-        outline_mm=_outline(report.ply_outline_mm),
+        outline_mm=outside,
+        cut_outs_mm=tuple(cut_outs),
         warnings=report.warnings,
         record=record,
         recipe=recipe_hash(report.recipe),
@@ -148,10 +152,7 @@ def _of_job(job: Job, verdict: Verdict, reason: str, **more: Any) -> Result:
     )
 
 
-def _outline(outline_mm: NDArray[np.float64] | None) -> tuple[tuple[float, float], ...]:
-    """Return the outside of an outline for a small picture, with as many corners as it can show."""
-    if outline_mm is None or not len(outline_mm):
-        return ()
-    outside = rings.split(outline_mm)[0]
-    some = outside[:: math.ceil(len(outside) / _MOST_CORNERS)]
-    return tuple((float(x), float(y)) for x, y in some)
+def _rings(outline_mm: NDArray[np.float64] | None) -> tuple[_Ring, ...]:
+    """Return the rings of an outline for a small picture, with as many corners as it can show."""
+    split = [] if outline_mm is None else rings.split(outline_mm)
+    return tuple(tuple((x, y) for x, y in ring[:: math.ceil(len(ring) / _MOST_CORNERS)].tolist()) for ring in split)

@@ -4,9 +4,10 @@ import dataclasses
 import re
 import time
 
+import numpy as np
 import pytest
 
-from debulk import Report, Verdict
+from debulk import Report, Verdict, rings
 
 WIDE = {"width": 1920, "height": 1080}
 STATE = "document.documentElement.dataset.state"
@@ -78,6 +79,13 @@ def test_what_to_do_can_be_read_from_three_metres(screen, report):
     assert sorted(filter(None, numbers)) == sorted(bad)  # the numbers that reason and checklist name
     assert browser.run("document.getElementById('do').scrollHeight <= document.getElementById('do').clientHeight")
     assert re.search(r"and \d+ more", deeds)
+    assert browser.run("document.querySelectorAll('#map polygon').length") == 1
+    low, high = report.ply_outline_mm.min(axis=0), report.ply_outline_mm.max(axis=0)
+    window = low + np.array([(0.4, 0.4), (0.6, 0.4), (0.6, 0.6)]) * (high - low)
+    cut = dataclasses.replace(report, ply_outline_mm=rings.outline([report.ply_outline_mm, window], "ply_outline"))
+    inspected(browser, service, cut, part="A-18")
+    wait(browser, "document.querySelectorAll('#map polygon').length === 2")
+    assert colour(browser, "#map polygon ~ polygon", "fill") == colour(browser, "html")
     sizes = browser.run("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
     assert sizes[0] <= 1920 and sizes[1] <= 1080
 

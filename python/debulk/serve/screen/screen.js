@@ -39,7 +39,8 @@ function drawMap(newest, count) {
   const [left, top] = [Math.min(...x), Math.min(...y)], [width, height] = [Math.max(...x) - left, Math.max(...y) - top];
   const mark = 0.055 * Math.max(width, height);
   map.setAttribute("viewBox", `${left - mark} ${top - mark} ${width + 2 * mark} ${height + 2 * mark}`);
-  svg("polygon", { points: newest.outline_mm.map(([a, b]) => `${a},${-b}`).join(" ") });
+  for (const ring of [newest.outline_mm, ...newest.cut_outs_mm])
+    svg("polygon", { points: ring.map(([a, b]) => `${a},${-b}`).join(" ") });
   for (const [deed, listed] of places.reverse()) {  // the first on top
     const [a, b] = deed.place_mm;
     for (const way of listed ? deed.ways_deg : []) {
