@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from debulk.arrays import Floats, Singles
 from debulk.inspection.evidence import medians
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.recipe import Recipe
 from debulk.section import elastic_fold
 from debulk.verdict import natural_length
@@ -101,11 +102,8 @@ class Hidden:
 
 def _holes(unseen: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
     """Yield of each hole how long it is, and how far its middle lies from what was seen, in cells."""
-    count, labels, boxes, _ = cv2.connectedComponentsWithStats(unseen.view(np.uint8), connectivity=8)
     depth = _depth(unseen)
-    for k, (left, top, width, height, _) in zip(range(1, count), boxes[1:].tolist(), strict=True):
-        part = slice(top, top + height), slice(left, left + width)
-        own = labels[part] == k
+    for part, own in pieces_of(unseen, 8).each(1, 0):
         y, x = np.nonzero(own)
         yield max(float(np.ptp(x * dx + y * dy)) + 1 for dy, dx in _UNIT), float(depth[part][own].max())
 
