@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk.arrays import Floats
-from debulk.grid import Grid
 from debulk.results.finding import Reason
 
 _UNITS = {"micrometres": 0.001, "centimetres": 10.0, "inches": 25.4, "decimetres": 100.0, "metres": 1000.0}
@@ -21,14 +20,6 @@ class Limits:
 
 
 LIMITS = Limits()
-
-
-def width_of(seen: Grid) -> Floats:
-    """Return the (2,) extent along x and y of the known part of a map; 0 if nothing is known."""
-    known = np.isfinite(seen.values)
-    if not known.any():
-        return np.zeros(2)
-    return np.array([np.ptp(np.flatnonzero(known.any(axis=axis))) for axis in (0, 1)]) * seen.spacing_mm
 
 
 def unit_reason(points_mm: Floats, wide: Floats) -> Reason | None:

@@ -23,8 +23,9 @@ class Limits:
 
     least_squares: int = 6  # as many as a paraboloid has coefficients
     least_mm: float = 0.005  # smaller deviations count as none
-    ply_share: float = 0.5  # of the ply: if more of it is off the level, pockets cannot be the cause
-    same_share: float = 0.5  # of the points on the ply: if more are the reference's, bit for bit, it is the reference
+    # Of the ply: if more is off the level, pockets are not the cause; if more of its points are the reference's, bit
+    # for bit, it is the reference.
+    ply_share: float = 0.5
     same_points: int = 4  # of a square of the ply, and
     same_square: float = 0.1  # of its points: of two scans of one surface up to 0.002 are the same by chance
     bare_share: float = 0.95  # of the points seen: if more of them show the bare mold, there is no ply

@@ -12,7 +12,7 @@ from debulk import _core, pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
-from debulk.inspection.clouds.unit import unit_reason, width_of
+from debulk.inspection.clouds.unit import unit_reason
 from debulk.inspection.evidence.outline import Outline, edge_seen, outlines_of
 from debulk.inspection.evidence.ply_zones import Blocks, PlyZones, off_pockets
 from debulk.inspection.evidence.sample import Sample, sampled
@@ -65,11 +65,12 @@ class Placing:
 
     def __init__(self, setup: Setup, least_mm: float | None = None) -> None:
         prepared, ply_outline = setup.prepared, setup.outline
-        self._setup, self._recipe, self._wide_mm = setup, setup.recipe, width_of(prepared.seen)
+        self._setup, self._recipe = setup, setup.recipe
         self._thickness_mm = setup.recipe.material.thickness_mm
         self._least_mm = self._thickness_mm if least_mm is None else least_mm
         self._tol_mm = options.level_tol_mm(setup.recipe)
         low, high = prepared.reference.box_mm
+        self._wide_mm = high - low
         frame.check_tilt(prepared.reference, low, high, ply_outline)
         if ply_outline is not None:
             frame.check_outline_on(ply_outline, low, high)
@@ -112,7 +113,7 @@ class Placing:
         # Points beside the ply do not count, for both scans show the same surface there. Without an outline the ply may
         # be a small part of the scan, and nearly all points have to be the same.
         same = float(np.mean(sample.same[on])) if on.any() else 0.0
-        limit = LIMITS.same_share if self.outline is not None else LIMITS.bare_share
+        limit = LIMITS.ply_share if self.outline is not None else LIMITS.bare_share
         if same > limit:
             yield Finding("same_scan", Verdict.INVALID, same_reason(same), same, limit)
         if self.outline is not None and not sample.rounded:
