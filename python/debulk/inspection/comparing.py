@@ -1,7 +1,7 @@
 """Measures the debulked ply where the pockets of a report lay, and compares it with the prediction.
 
 The RMS is the paper's, inside the outline at the cut height. A fold may stand anywhere in what stood off the mold, so
-the peak is sought within the foot; what cells may hide is bounded inside the outline alone.
+the peak, and what cells may hide of it, are sought within the foot.
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ def _measure(
     noise = noise if math.isfinite(noise) else 0.0
     spread = float(np.median(np.abs(smooth - np.median(smooth))))
     low = peak - max(_PEAK_NOISE * noise, _PEAK_SPREAD * spread)
-    high = max(peak, hidden.highest_mm(heights.values, peaks.values, inside))
+    high = max(peak, hidden.highest_mm(heights.values, peaks.values, inside, foot))
     figures = {
         "measured_rms_mm": rms,
         "measured_peak_mm": peak,

@@ -26,6 +26,7 @@ ROWS = 5, 13  # cells: short ones lie on short ridges, long ones survive six fly
 _UNIT = [np.array([math.sin(turn), math.cos(turn)]) for turn in np.arange(12) * math.pi / 12]  # directions
 OFF_CREST, OFF_CREST_OF_MEDIAN = 0.5, 1.5  # cells
 _LEAST_MM = 0.01  # no height is known better
+_PART = 0.25  # of a pocket's width: so long a part of a ridge stands out, and no group of flying pixels does
 _K = 4.4934  # tan k = k, in the fold's section
 
 
@@ -47,21 +48,31 @@ class Hidden:
         self._blur_mm = math.sqrt(blur_mm2)
         self._away_mm, self._weights = away * math.sqrt(8) * self._blur_mm, weights / weights.sum()
 
-    def highest_mm(self, heights: Singles, read: Singles, inside: NDArray[np.bool_]) -> float:
+    def highest_mm(self, heights: Singles, read: Singles, inside: NDArray[np.bool_], foot: NDArray[np.bool_]) -> float:
         """Return how high the ply may stand within a pocket: by heights, and `read`, medians of 5 by 5; NaN = not seen.
 
         Each reading bounds it, and the lowest bound counts: that of rows where cells are wide, that of the medians
-        where cells are narrow and flying pixels fill a row.
+        where cells are narrow and flying pixels fill a row, and in the foot, which reaches beyond the outline and may
+        have many of these, that of what stands along a part of a ridge.
         """
-        own, known = np.pad(inside, 1), np.pad(heights.astype(np.float64), 1, constant_values=np.nan)
+        own, beside = np.pad(inside, 1), np.pad(foot, 1)
+        known, medians_of = (np.pad(of.astype(np.float64), 1, constant_values=np.nan) for of in (heights, read))
         wide = 2 * float(_depth(own).max())
         holes = list(_holes(own & np.isnan(known)))
-        readings = [(along(known, cells)[own], OFF_CREST, math.sqrt(2) * (cells - 1) / 4) for cells in ROWS]
-        readings.append((read[inside].astype(np.float64), OFF_CREST_OF_MEDIAN, 2.0))
-        return self._base_mm + min(self._behind_mm(*reading, wide, holes) for reading in readings)
+        readings = [(along(known, cells), OFF_CREST, math.sqrt(2) * (cells - 1) / 4) for cells in ROWS]
+        readings.append((medians_of, OFF_CREST_OF_MEDIAN, 2.0))
+        within = min(
+            self._behind_mm(of[own], _highest(of[own]), off, ahead, wide, holes) for of, off, ahead in readings
+        )
+        around = min(
+            self._behind_mm(of[beside], top_mm, off, ahead + more, wide, [])
+            for of, off, ahead in readings
+            for top_mm, more in ((_highest(of[beside]), 0.0), (_reached(of, beside, _PART * wide), _PART * wide / 2))
+        )
+        return self._base_mm + max(within, around)
 
     def _behind_mm(
-        self, values: Floats, off: float, ahead: float, wide: float, holes: list[tuple[float, float]]
+        self, values: Floats, top_mm: float, off: float, ahead: float, wide: float, holes: list[tuple[float, float]]
     ) -> float:
         """Return the highest fold behind a pocket's readings, so many cells off its crest, and behind its holes.
 
@@ -76,7 +87,7 @@ class Hidden:
         laid = float(np.median(values))  # most of a pocket is laid ply, also where all of it lies a little too low
         sigma = medians.OF_MEDIAN * float(np.median(np.abs(values - laid)))
         ahead = math.hypot(ahead, self._blur_mm / self.cell_mm)
-        read_mm = max(_LEAST_MM, float(values.max()) - min(laid, self._base_mm) + sigma) / _taper(2 * ahead / wide)
+        read_mm = max(_LEAST_MM, top_mm - min(laid, self._base_mm) + sigma) / _taper(2 * ahead / wide)
         between = self._seen_mm(off * self.cell_mm)
         highest_mm = self._highest_mm(read_mm, between)
         for length, deep in holes:
@@ -98,6 +109,22 @@ class Hidden:
             return 0.0
         pair = slice(hidden[-1], hidden[-1] + 2)
         return float(np.interp(read_mm, seen_mm[pair], self._heights_mm[pair]))
+
+
+def _highest(values: Floats) -> float:
+    return float(np.nanmax(values, initial=-np.inf))
+
+
+def _reached(of: Floats, marks: NDArray[np.bool_], length: float) -> float:
+    """Return the highest of the marked values that a connected part, so many cells long, reaches everywhere."""
+    low, high = -_highest(-of[marks]), _highest(of[marks])
+    while high - low > _LEAST_MM / 2:
+        middle = (low + high) / 2
+        stands = (marks & (of >= middle)).view(np.uint8)
+        boxes = cv2.connectedComponentsWithStats(stands, connectivity=8)[2][1:]
+        far = np.hypot(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= length
+        low, high = (middle, high) if far.any() else (low, middle)
+    return high
 
 
 def _holes(unseen: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:

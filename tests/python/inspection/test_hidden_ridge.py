@@ -73,7 +73,7 @@ def test_no_ridge_is_higher_than_its_cells_allow(cell_mm):
             seen = (heights + rng.normal(0, noise_mm, x.shape)).astype(np.float32)
             read = median(debulk.Grid(seen, np.zeros(2), cell_mm), 5).values
             true = 0.25 + section(excess_mm)[:, 1].max()
-            assert hidden.highest_mm(seen, read, inside) > true - 0.01
+            assert hidden.highest_mm(seen, read, inside, inside) > true - 0.01
 
 
 def test_a_hole_hides_no_ridge_that_stands_out_of_it_and_any_that_lies_in_it():
@@ -82,20 +82,20 @@ def test_a_hole_hides_no_ridge_that_stands_out_of_it_and_any_that_lies_in_it():
     said = {}
     for name, hole in {"round": np.hypot(x, y) < 5, "slit": np.abs(y) < 1, "band": np.abs(y) < 4}.items():
         seen = np.where(hole, np.float32(np.nan), flat)
-        said[name] = hidden.highest_mm(seen, seen, inside)
+        said[name] = hidden.highest_mm(seen, seen, inside, inside)
     assert said["round"] < said["slit"] < 0.4 and said["band"] > LIMIT_MM
-    assert hidden.highest_mm(np.full_like(flat, np.nan), np.full_like(flat, np.nan), inside) == math.inf
+    assert hidden.highest_mm(np.full_like(flat, np.nan), np.full_like(flat, np.nan), inside, inside) == math.inf
 
 
 def test_six_flying_pixels_in_a_row_are_no_ridge():
     flat = np.full((41, 41), 0.25, np.float32)
     hidden, inside = Hidden(Recipe(), 0.8, 0.0), np.ones(flat.shape, bool)
-    lowest = hidden.highest_mm(flat, flat, inside)
+    lowest = hidden.highest_mm(flat, flat, inside, inside)
     for pixels in ((slice(20, 21), slice(10, 16)), (slice(20, 22), slice(10, 15))):
         heights = flat.copy()
         heights[pixels] = 9.0
         read = median(debulk.Grid(heights, np.zeros(2), 0.8), 5).values
-        assert hidden.highest_mm(heights, read, inside) < lowest + 0.1
+        assert hidden.highest_mm(heights, read, inside, inside) < lowest + 0.1
 
 
 # --- whole scans: lists of points on a turned lattice over a curved mold ---
@@ -143,6 +143,28 @@ def test_a_fold_in_a_pockets_foot_beside_its_outline_creases():
     p = inspector.compare(report, after).pockets[0]
     assert p.measured is Verdict.CREASE and "peak" in p.reason
     assert LIMIT_MM < p.measured_peak_range_mm[0] < 0.25 + section(0.2)[:, 1].max()
+
+
+@pytest.mark.layup
+@pytest.mark.parametrize("pitch_mm", [1.0, 2.0, 3.0])
+def test_a_fold_in_the_foot_between_the_points_of_a_scan_is_no_cease(pitch_mm):
+    """At 2 mm, folds of 0.6 to 1.3 mm were read as 0.3 to 0.5 mm in 24 of 24 scans, and nothing bounded them."""
+    rng = np.random.default_rng(8)
+    inspector, report = inspected(pitch_mm, rng)
+    for excess_mm, off, turn in [(0.1, 21, 1.6), (0.1, 25, 1.9), (0.2, 23, 1.6), (0.4, 25, 1.6)]:
+        after = cloud(
+            pitch_mm,
+            rng.uniform(0, 3),
+            rng,
+            lambda x, y, e=excess_mm, o=off, t=turn: 0.25 + ridge(e, x - o, y, t, 0, 12),
+        )
+        p = inspector.compare(report, after).pockets[0]
+        assert p.measured is not Verdict.CEASE
+        assert 0.25 + section(excess_mm)[:, 1].max() < p.measured_peak_range_mm[1] + 0.02
+    for flying in (0.0, 0.005):
+        points = cloud(pitch_mm, rng.uniform(0, 3), rng, lambda x, y: 0.25 + 0.0 * x)
+        points[rng.random(len(points)) < flying, 2] += 5
+        assert inspector.compare(report, points).pockets[0].measured is Verdict.CEASE
 
 
 @pytest.mark.layup
