@@ -430,7 +430,7 @@ class Inspector:
                 filled = self._filled.at(placed.edge, filled, image)
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
-            known = (recognised, named(lying.humps, largest, self.recipe), self._approved)
+            known = (recognised, named(lying.humps, largest, self.recipe, heights), self._approved)
             hidden = lost(standing, found, self.recipe)
             seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *known)
             report = reporting.report(seen, cycle.timings_ms())
