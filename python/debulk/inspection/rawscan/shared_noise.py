@@ -37,7 +37,7 @@ class Limits:
 LIMITS = Limits()
 MIDDLE = 6  # rows and columns from a square's first pixel to that which shows whether it lies on the ply
 _TURN = 0.618034  # share of all places from one that is taken to the next, so that no pattern of rows repeats
-_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+_FOURTH = 70.0  # root of the mean square of differences of fourth order, along both axes, of white noise of one unit
 
 
 def spread_over(count: int, most: int) -> Whole:
@@ -109,11 +109,12 @@ def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
     rest, count = _rest(np.where(seen, flat, 0.0), seen), np.sum(seen, axis=1)
     scatter = np.sqrt(np.sum(rest**2, axis=1) / (count - _polynomials()[0].shape[1]))
     rest = np.where(seen, rest, np.nan)  # a difference needs all of its points
-    differences = _fourth(_fourth(rest.reshape(-1, LIMITS.side, LIMITS.side)).transpose(0, 2, 1)).reshape(len(rest), -1)
+    across = np.diff(rest.reshape(-1, LIMITS.side, LIMITS.side), n=4, axis=1)
+    differences = np.diff(across, n=4, axis=2).reshape(len(rest), -1)
     there = np.isfinite(differences)
     number = np.sum(there, axis=1)
     squared = np.sum(np.where(there, differences, 0.0) ** 2, axis=1)
-    of_white = np.sqrt(squared / np.maximum(number, 1)) / np.sum(_FOURTH**2)
+    of_white = np.sqrt(squared / np.maximum(number, 1)) / _FOURTH
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
     noise_mm = np.maximum(LIMITS.resolutions * resolved, LIMITS.steps * rounded_mm)
     usable, noisy = number >= LIMITS.fewest, scatter > noise_mm
@@ -132,11 +133,6 @@ def _rest(flat: Floats, seen: Bools) -> Floats:
     normal[square[first]] -= np.add.reduceat(products[point], first)
     factors = np.linalg.solve(normal, product(flat, shape)[:, :, None])[:, :, 0]
     return np.where(seen, flat - product(factors, shape.T), 0.0)
-
-
-def _fourth(values: Floats) -> Floats:
-    """Return differences of fourth order along the last axis."""
-    return np.asarray(sum(c * values[..., k : values.shape[-1] - 4 + k] for k, c in enumerate(_FOURTH)))
 
 
 @functools.cache
