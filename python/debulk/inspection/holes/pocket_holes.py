@@ -13,14 +13,14 @@ from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.pieces import grown
 from debulk.inspection.find.found import FoundPocket, Hole
+from debulk.inspection.lines.places import MARGIN_MM
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
 from debulk.results.half_seen import HoleBeside
 from debulk.words import xy_of
 
 # The segmentation bridges a drop-out (a small hole) no thicker than this if something at its rim is high.
 BRIDGE_MM = _core.pocket.SegmentOptions().bridge_mm
-_MARGIN_MM = 60.0  # round foot and holes: the window must hold a net, its patch and the windows of the smoothing
-_FARTHEST_MM = 120.0  # from the foot: if a hole extends farther, the pocket's rim is not known there and stays open
+_FARTHEST_MM = 2 * MARGIN_MM  # from the foot: if a hole extends farther, the rim is not known there and stays open
 # From a hole to a foot or bump beside it: places of listed holes come from a coarser map, and smoothed heights reach a
 # little past what was seen.
 NEAR_MM = 10.0
@@ -90,7 +90,7 @@ def _reached(
     """
     heights, feet = found.segmentation.heights, found.feet.labels.values
     steps = math.ceil(_FARTHEST_MM / heights.spacing_mm)
-    rows, columns = heights.around(own_mm, _MARGIN_MM)
+    rows, columns = heights.around(own_mm, MARGIN_MM)
     while True:
         missing = np.isnan(heights.values[rows, columns])
         if thick_mm:
@@ -103,7 +103,7 @@ def _reached(
         if unknown.any():
             cells = np.argwhere(unknown)[:, ::-1] + [columns.start, rows.start]
             boxes.append(_box(heights.origin_mm + heights.spacing_mm * cells))
-        wider = heights.around(_box(np.concatenate(boxes)), _MARGIN_MM)
+        wider = heights.around(_box(np.concatenate(boxes)), MARGIN_MM)
         if wider == (rows, columns):
             return rows, columns, unknown
         rows, columns = wider

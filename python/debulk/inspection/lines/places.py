@@ -28,7 +28,7 @@ from debulk.results.report import LeftOut
 from debulk.surface import HeightMap
 from debulk.words import in_mm, xy_of
 
-_LEAST_HALF_MM = 40.0  # half the side of the first window round a place; it grows until the place's foot lies in it
+MARGIN_MM = 60.0  # round a foot: the window must hold a net, its patch and the windows of the smoothing
 
 
 def judged(found: Found, pockets: Sequence[FoundPocket], ply: PlyOnMold, stop: _core.Stop) -> Iterator[FoundPocket]:
@@ -155,7 +155,7 @@ def _place_at(
     half_way_mm = ply.recipe.material.thickness_mm + 0.5 * (feet.mold_tol_mm + gap_mm)
     wanted.cut_height_mm = min(wanted.cut_height_mm, half_way_mm)
     wanted.area_tol_mm2 = wanted.peak_tol_mm = 0.0
-    half_mm = max(_LEAST_HALF_MM, 1.5 * length_mm)
+    half_mm = max(MARGIN_MM, 1.5 * length_mm)  # of the first window; it grows until the place's foot lies in it
     while True:
         rows, columns = whole.heights.around(np.stack([top_mm, top_mm]), half_mm)
         again = pocket.segment_with(wanted, _measured(whole, rows, columns), threads, stop)
