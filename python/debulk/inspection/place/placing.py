@@ -136,9 +136,7 @@ class Placing:
         outline, box_mm = self._setup.outline, self._setup.prepared.reference.box_mm
         if outline is None or not ((outline < box_mm[0]) | (outline > box_mm[1])).any():
             return ""
-        shares = (np.arange(_PLACES) + 0.5) / _PLACES
-        x, y = (a + shares * (b - a) for a, b in zip(outline.min(axis=0), outline.max(axis=0), strict=True))
-        xy = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        xy = frame.spread(outline.min(axis=0), outline.max(axis=0), _PLACES)
         known = self._setup.prepared.between(xy[pocket.inside(outline, xy)]).any(axis=1)
         lacking = known.size and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
         return frame.boxes(outline, *box_mm) if lacking else ""

@@ -11,6 +11,7 @@ from debulk.surface import Reference
 
 _LEAST_PITCH_MM = 0.03
 _MOST_TILT_DEG = 40.0
+_PLACES = 40  # along x and y, at which the lean is read
 _LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches covers 1/645 of the area that it covers in mm
 
 
@@ -47,10 +48,10 @@ def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outlin
 
     A wrong pose tilts the whole reference, including the part below the ply; a steep flank beside the ply does not.
     """
-    tilt = _tilt_deg(reference, _spread(low_mm, high_mm))
+    tilt = _tilt_deg(reference, spread(low_mm, high_mm, _PLACES))
     if tilt > _MOST_TILT_DEG and ply_outline is not None:
         low, high = np.maximum(ply_outline.min(axis=0), low_mm), np.minimum(ply_outline.max(axis=0), high_mm)
-        xy = _spread(low, high)
+        xy = spread(low, high, _PLACES)
         on_ply = xy[pocket.inside(ply_outline, xy)] if (low < high).all() else xy[:0]
         tilt = _tilt_deg(reference, on_ply) if len(on_ply) else tilt
     if tilt > _MOST_TILT_DEG:
@@ -60,9 +61,9 @@ def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outlin
         )
 
 
-def _spread(low_mm: Floats, high_mm: Floats) -> Floats:
-    """Return 40 by 40 places, evenly spread over a box."""
-    x, y = (np.linspace(a, b, 40) for a, b in zip(low_mm, high_mm, strict=True))
+def spread(low_mm: Floats, high_mm: Floats, count: int) -> Floats:
+    """Return so many by so many places, (N, 2), evenly spread over a box."""
+    x, y = (np.linspace(a, b, count) for a, b in zip(low_mm, high_mm, strict=True))
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
