@@ -23,9 +23,7 @@ bool OutlineSearch::inside(const Eigen::Vector2d& point) const {
     if (boxes_[g].low.y() > point.y() || boxes_[g].high.y() < point.y() || boxes_[g].high.x() + 1e-6 < point.x()) continue;
     for (std::size_t k = g * group; k < std::min((g + 1) * group, sides_.size()); ++k) {
       const auto& [a, b] = sides_[k];
-      if ((a.y() > point.y()) == (b.y() > point.y())) continue;
-      const double x = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-      if (point.x() < x) odd = !odd;
+      odd ^= is_crossed(a, b, point);
     }
   }
   return odd;
@@ -34,11 +32,7 @@ bool OutlineSearch::inside(const Eigen::Vector2d& point) const {
 OutlineSearch::Nearest OutlineSearch::nearest(const Eigen::Vector2d& point, Nearest best) const {
   const auto try_group = [&](std::size_t g) {
     for (std::size_t k = g * group; k < std::min((g + 1) * group, sides_.size()); ++k) {
-      const auto& [a, b] = sides_[k];
-      const Eigen::Vector2d side = b - a;
-      const double length2 = side.squaredNorm();
-      const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
-      const Eigen::Vector2d at = a + t * side;
+      const Eigen::Vector2d at = nearest_on(sides_[k][0], sides_[k][1], point);
       if (const double squared = (at - point).squaredNorm(); squared < best.squared) best = {squared, at};
     }
   };

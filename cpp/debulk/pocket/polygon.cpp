@@ -9,21 +9,6 @@
 #include "debulk/pocket/outline_search.hpp"
 
 namespace debulk {
-namespace {
-
-// The squared distance from a point to the nearest point of an outline.
-double nearest_squared(const Polygon& polygon, const Eigen::Vector2d& point) {
-  double best = std::numeric_limits<double>::infinity();
-  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    const Eigen::Vector2d side = b - a;
-    const double length2 = side.squaredNorm();
-    const double t = length2 > 0 ? std::clamp((point - a).dot(side) / length2, 0.0, 1.0) : 0.0;
-    best = std::min(best, (a + t * side - point).squaredNorm());
-  });
-  return best;
-}
-
-}  // namespace
 
 std::vector<Ring> rings(const Polygon& polygon) {
   std::vector<Ring> out;
@@ -64,16 +49,16 @@ double polygon_perimeter(const Polygon& polygon) {
 
 bool inside(const Polygon& polygon, const Eigen::Vector2d& point) {
   bool odd = false;
-  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    if ((a.y() > point.y()) == (b.y() > point.y())) return;
-    const double x = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-    if (point.x() < x) odd = !odd;
-  });
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { odd ^= is_crossed(a, b, point); });
   return odd;
 }
 
 double distance_to_outline(const Polygon& polygon, const Eigen::Vector2d& point) {
-  return std::sqrt(nearest_squared(polygon, point));
+  double squared = std::numeric_limits<double>::infinity();
+  for_sides(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    squared = std::min(squared, (nearest_on(a, b, point) - point).squaredNorm());
+  });
+  return std::sqrt(squared);
 }
 
 Box bounding_box(const Polygon& polygon) {
