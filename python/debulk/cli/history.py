@@ -65,7 +65,7 @@ def listed(
     from debulk.history import History
     from debulk.results.report_text import columns
 
-    found = History(_there(history)).find(wanted.search(limit=limit))
+    found = History(history).find(wanted.search(limit=limit))
     if as_json:
         print_json(json.dumps([dataclasses.asdict(one) for one in found], ensure_ascii=False))
         return
@@ -86,7 +86,7 @@ def get(
 
     for path in output:
         check_output(path, *ENDINGS)
-    there = History(_there(history))
+    there = History(history)
     found = there.comparison(record) if there.kind(record) == "comparison" else there.report(record)
     for path in output:
         found.save(path)
@@ -121,7 +121,7 @@ def said(
     """Store an operator's word on what became of a pocket."""
     from debulk.history import History
 
-    print(f"record {History(_there(history)).add_outcome(record, pocket, measured, by, note)}")
+    print(f"record {History(history).add_outcome(record, pocket, measured, by, note)}")
 
 
 def export(
@@ -138,7 +138,7 @@ def export(
     from debulk.history.export import export as exported
 
     check_output(output, ".csv", ".parquet", ".dfq")
-    count = exported(History(_there(history)), output, table, wanted.search())
+    count = exported(History(history), output, table, wanted.search())
     print(f"written: {output}, {count} rows")
 
 
@@ -155,7 +155,7 @@ def page(
     from debulk.history import History
     from debulk.history.page import page as drawn
 
-    write_text(output, drawn(History(_there(history)), wanted.search(), baseline))
+    write_text(output, drawn(History(history), wanted.search(), baseline))
     written(output)
 
 
@@ -166,7 +166,7 @@ def check(
     """Find records that were changed or are missing; the exit code is 1 if there are any."""
     from debulk.history import History
 
-    found = History(_there(history)).check(head)
+    found = History(history).check(head)
     print(found)
     raise typer.Exit(0 if found.passed else 1)
 
@@ -200,7 +200,7 @@ def calibrate(
 
     settings = Recipe() if recipe is None else Recipe.load(recipe)
     ply, present, costs = settings.material, settings.verdict.max_ridge_mm, Costs(missed, needless)
-    found = learned(History(_there(history)), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
+    found = learned(History(history), present, ply.thickness_mm, costs, within, bulk_factor=ply.bulk_factor)
     if as_json:
         print_json(json_of(found))
     else:
@@ -211,12 +211,6 @@ def calibrate(
         except InputError as error:
             raise InputError(f"{output}: not written: {error}") from None
         written(None if as_json else output)
-
-
-def _there(path: Path) -> Path:
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such history")
-    return path
 
 
 command(app, "history list")(listed)
