@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from typing import TYPE_CHECKING
 
 from debulk.results.number import number
-from debulk.results.report_csv import cell
+from debulk.results.report_csv import written
 from debulk.results.report_text import columns, fold
 
 if TYPE_CHECKING:
@@ -51,9 +49,4 @@ def table(comparison: ComparisonData, width: int | None = None) -> str:
 
 def csv_text(comparison: ComparisonData) -> str:
     """Return a line for each pocket, with units in the header."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_CSV)
-    for pocket in comparison.pockets:
-        writer.writerow([cell(getattr(pocket, name)) for name in _CSV])
-    return text.getvalue()
+    return written(_CSV, ([getattr(pocket, name) for name in _CSV] for pocket in comparison.pockets))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -35,11 +35,17 @@ _OF_RIDGE: dict[str, Callable[[RidgeGeometry], float | None]] = {
 
 def csv_text(report: ReportData) -> str:
     """Return a line for each pocket, with units in the header and an empty cell for a missing figure."""
+    return written(
+        CSV_COLUMNS, ([figure(pocket, name, report.limit_mm) for name in CSV_COLUMNS] for pocket in report.pockets)
+    )
+
+
+def written(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Return rows as CSV below the names of their columns."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
-    for pocket in report.pockets:
-        writer.writerow([cell(figure(pocket, name, report.limit_mm)) for name in CSV_COLUMNS])
+    writer.writerow(columns)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return text.getvalue()
 
 
@@ -79,7 +85,7 @@ def figure(pocket: PocketReport, name: str, limit_mm: float | None = None) -> An
     return getattr(solve, {"solver": "method"}.get(name, name)) if solve else None
 
 
-def cell(value: Any) -> Any:
+def _cell(value: Any) -> Any:
     """Return a value in the form for CSV."""
     if value is None:
         return ""
