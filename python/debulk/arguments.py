@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import inspect
 import numbers
+import operator
 import sys
 from collections.abc import Callable, Mapping
 from os import PathLike
@@ -105,6 +106,17 @@ def _check(values: Mapping[str, Any], wanted: Mapping[str, tuple[str, bool]]) ->
             remedy = f"; {_CLASSES[kind][1]}" if kind in _CLASSES else ""
             or_none = " or None" if may_be_none else ""
             raise InputError(f"{name}: expected {expected}{or_none}, but got {of_type(value)}{remedy}")
+
+
+def whole(name: str, value: Any, low: int, high: int) -> int:
+    """Return a whole number in a range."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = low - 1
+    if isinstance(value, bool) or not low <= number <= high:
+        raise InputError(f"{name}: expected a whole number of {low} to {high}, but got {value!r}")
+    return number
 
 
 def _fits_float(value: Any) -> bool:

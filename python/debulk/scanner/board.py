@@ -9,8 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arguments import whole
 from debulk.arrays import Floats, Singles
-from debulk.scanner.inputs import InputError, one_of, whole
+from debulk.scanner.inputs import InputError, one_of
 
 LEAST_CORNERS = 8
 """Fewer corners of a ChArUco board are not used."""

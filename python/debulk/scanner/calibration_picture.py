@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arguments import typed
+from debulk.arguments import typed, whole
 from debulk.scanner.board_places import BoardPlace, covered
 from debulk.scanner.calibration import Calibration
-from debulk.scanner.inputs import InputError, whole
+from debulk.scanner.inputs import InputError
 
 Picture = NDArray[np.uint8]
 

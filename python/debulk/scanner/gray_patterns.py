@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk.arguments import whole
 from debulk.arrays import Floats
-from debulk.scanner.inputs import MOST_IMAGES, whole
+from debulk.scanner.inputs import MOST_IMAGES
 from debulk.scanner.patterns import Direction, spread
 
 MOST_PERIODS = 2048

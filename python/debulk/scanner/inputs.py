@@ -12,24 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk import _core
-from debulk.arguments import of_type
+from debulk.arguments import of_type, whole
 
 InputError = _core.InputError
 Image = NDArray[np.uint8] | NDArray[np.uint16]
 
 MOST_IMAGES = 64  # most images per exposure
 _SAMPLED = 40_000  # pixels
-
-
-def whole(name: str, value: Any, low: int, high: int) -> int:
-    """Check a whole number."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        number = low - 1
-    if isinstance(value, bool) or not low <= number <= high:
-        raise InputError(f"{name}: expected a whole number of {low} to {high}, but got {value!r}")
-    return number
 
 
 def one_of(name: str, value: object, known: Sequence[str]) -> None:

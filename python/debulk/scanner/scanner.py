@@ -8,14 +8,14 @@ from typing import Any, NoReturn
 from numpy.typing import ArrayLike
 
 from debulk import _core
-from debulk.arguments import typed
+from debulk.arguments import typed, whole
 from debulk.arrays import Singles
 from debulk.forking import Guard
 from debulk.scanner.arriving import Arriving, Camera
 from debulk.scanner.calibration import Calibration
 from debulk.scanner.decode import Phase, Planes, checked_blur, checked_start, decode_into, empty_maps, noise_of
 from debulk.scanner.faults import ClearPixels, clear_pixels
-from debulk.scanner.inputs import Image, InputError, Stack, checked_periods, checked_stack, checked_steps, whole
+from debulk.scanner.inputs import Image, InputError, Stack, checked_periods, checked_stack, checked_steps
 from debulk.scanner.triangulate import Scan, empty_cloud, triangulate_into
 from debulk.stopping import Running, stop_after
 from debulk.workers import Workers

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from debulk import pocket
 from debulk.arrays import Floats
 
 HALF_X_MM = 565.0
@@ -113,19 +114,10 @@ def disc_outline_inside(vertices: Floats, radius: float, points: int) -> Floats:
     enters, leaves = (t1 > t0) & (t0 > 0), (t1 > t0) & (t1 < 1)
     kept = np.concatenate(
         [
-            circle[_sees(circle, a, b)],
+            circle[pocket.inside(vertices, circle)],
             a[np.hypot(a[:, 0], a[:, 1]) < radius],
             (a + t0[:, None] * (b - a))[enters],
             (a + t1[:, None] * (b - a))[leaves],
         ]
     )
     return kept[np.argsort(np.arctan2(kept[:, 1], kept[:, 0]), kind="stable")]
-
-
-def _sees(points: Floats, a: Floats, b: Floats) -> NDArray[np.bool_]:
-    """Whether points lie inside the polygon of edges a→b, by the parity of crossings of a ray along +x."""
-    x, y = points[:, :1], points[:, 1:]
-    straddles = (a[:, 1] <= y) != (b[:, 1] <= y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
-    return np.asarray(np.count_nonzero(straddles & (x < crossing), axis=1) % 2 == 1)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from debulk._core import InputError
-from debulk.arguments import typed
+from debulk.arguments import typed, whole
 from debulk.arrays import Floats, Singles
 from debulk.scenes import mold
 from debulk.scenes.bump import Bump
@@ -178,10 +178,10 @@ def layup(
     >>> [round(p.area_mm2) for p in scene.truth.pockets[:3]]
     [43800, 9000, 6200]
     """
-    _check_whole("seed", seed, 0, 2**63 - 1)
+    whole("seed", seed, 0, 2**63 - 1)
     if not isinstance(pixels, tuple | list) or len(pixels) != 2:
         raise InputError(f"pixels: expected (width, height), but got {pixels!r}")
-    width, height = (_check_whole("pixels", n, 32, 20000) for n in pixels)
+    width, height = (whole("pixels", n, 32, 20000) for n in pixels)
     if pitch_mm is not None:
         _check("pitch_mm", pitch_mm, 0.0, 1000.0, "a positive distance in mm or None", above=True)
     _check("noise_mm", noise_mm, 0.0, 10.0, "a standard deviation of 0 to 10 mm")
@@ -189,9 +189,9 @@ def layup(
     _check("dropout_share", dropout_share, 0.0, 0.5, "a share of 0 to 0.5")
     _check("thickness_mm", thickness_mm, 0.0, 0.6, "a thickness above 0, at most 0.6 mm", above=True)
     _check("cut_height_mm", cut_height_mm, 1.2, 2.2, "a height of 1.2 to 2.2 mm")
-    _check_whole("repeat", repeat, 0, 10**6)
+    whole("repeat", repeat, 0, 10**6)
     if threads is not None:
-        _check_whole("threads", threads, 1, 1024)
+        whole("threads", threads, 1, 1024)
 
     camera = aim(_drawing(seed), (width, height), pitch_mm)
     edge, pockets, decoys = _drawn(seed, thickness_mm, cut_height_mm)
@@ -240,13 +240,6 @@ def _xy(xy: ArrayLike) -> tuple[Floats, Floats]:
     if points.ndim == 0 or points.shape[-1] != 2:
         raise InputError(f"xy: expected an array of shape (..., 2), but got {points.shape}")
     return points[..., 0], points[..., 1]
-
-
-def _check_whole(name: str, value: Any, low: int, high: int) -> int:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not low <= value <= high:
-        raise InputError(f"{name}: expected a whole number of {low} to {high}, but got {value!r}")
-    return int(value)
 
 
 def _check(name: str, value: Any, low: float, high: float, expected: str, above: bool = False) -> None:
