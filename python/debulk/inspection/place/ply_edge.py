@@ -46,15 +46,12 @@ class Limits:
     ply: Kind = Kind(PAST_MIDDLE, BESIDE_MM, 200.0, median=0.75)
     # A bump that goes on across the outline; a camera that looks aslant sees the side of a lifted edge 3 mm outside.
     crossing: Kind = Kind(2.0, 4.0, 45.0, crosses=True)
-    begins_mm: float = 16.0  # a piece that begins farther off the outline is no part of the ply
     # Of the greatest height within so many mm inside: a scan that spreads the ply's edge shows less than that outside.
     spread_share: float = 0.5
     spread_mm: float = 12.0
     # Between lines beside the outline, up to `blur_mm` off it, along none of which outside a fibre may be longest, and
     # from point to point of each; a coarser map does not show how long a fibre is.
     along_mm: float = 2.0
-    lifted_mm: float = 0.2  # ply that is lower lies on the mold
-    aslant: float = 0.7  # of its height: so far outside shows the side of an edge that is seen at 35 degrees
     levels_mm: tuple[float, float] = (BESIDE_MM, 28.0)  # distances from the outline between which both levels are read
     levels_share: float = 0.3  # of the outline along which both must be known
     # Of the ply's thickness: in right layups of the third family the step has 0.994 to 1.008. Heights that are 0.9 of
@@ -209,7 +206,7 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
     edges: Bools = np.asarray(np.isnan(missed[:, np.abs(outline.offsets_mm) <= off_mm.max()]).any(axis=1))
     unknown = np.isnan(lifted) | edges[nearest, None]
     lifted[unknown] = 0.0
-    lifted[(lifted < LIMITS.lifted_mm) | (lifted > HIGHEST_MM)] = 0.0
+    lifted[(lifted < 0) | (lifted > HIGHEST_MM)] = 0.0
     before, after = np.roll(lifted, 1, axis=0), np.roll(lifted, -1, axis=0)
     low, high = np.minimum(before, after), np.maximum(before, after)
     calm = np.clip(lifted, low, high)  # the middle one of three: without single points
@@ -219,9 +216,8 @@ def longer_outside(outline: Outline, heights: Grid, missed: Floats, bare_mm: flo
     longer = np.sum([np.roll(excess, k, axis=0) for k in range(-half, half)], axis=0)
     outer = off_mm > 0
     around = np.max([np.roll(calm, k, axis=0) for k in range(-half, half)], axis=0)
-    # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge, and lies near it.
-    top = around[:, ~outer].max(axis=1, keepdims=True)
-    rising = (around[:, outer] > top) & (off_mm[outer] > LIMITS.aslant * top)
+    # The side of a lifted edge, seen aslant, is ragged and so long, but it is lower than the edge.
+    rising = around[:, outer] > around[:, ~outer].max(axis=1, keepdims=True)
     inside, outside = longer[:, ~outer].max(axis=1), np.where(rising, longer[:, outer], 0.0).max(axis=1)
     worst = int(np.argmax(np.where(outside > inside, outside, 0.0)))
     if outside[worst] <= max(inside[worst], most_mm):
@@ -266,8 +262,7 @@ def _pieces(up: Bools, off: Floats, kind: Kind, least: float) -> list[tuple[Whol
     out = []
     for piece in pieces.of_size(least):
         row, column = np.nonzero(pieces.labels == piece)
-        begins = off[column].min()
-        if begins > (0.0 if kind.crosses else LIMITS.begins_mm):
+        if kind.crosses and off[column].min() > 0:
             continue
         outside = np.unique(np.stack([row % number, column], axis=1)[off[column] > kind.from_mm], axis=0)
         if len(outside) >= least:
