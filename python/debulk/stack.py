@@ -24,6 +24,7 @@ from debulk.inspection.running.ahead import Ahead
 from debulk.inspection.running.cycle import Cycle
 from debulk.report import Report
 from debulk.verdict import Verdict
+from debulk.words import in_mm
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -44,7 +45,7 @@ class StackPly:
 
     @property
     def passed(self) -> bool:
-        """Whether it was compared after debulking, and every pocket is measured to have ceased."""
+        """Whether it was compared after debulking, all pockets are measured to have ceased, and no ridge stands."""
         return not self.open_reason
 
     @property
@@ -55,8 +56,9 @@ class StackPly:
         if self.comparison is None:
             return f"ply {self.number} was not scanned after debulking"
         bad = [one for one in self.comparison.pockets if one.measured is not Verdict.CEASE]
-        named = ", ".join(f"pocket {one.id} {one.measured.name}" for one in bad)
-        return f"ply {self.number} did not pass after debulking: {named}" if bad else ""
+        named = [f"pocket {one.id} {one.measured.name}" for one in bad]
+        named += [f"a ridge of {one.height_mm:.2f} mm at {in_mm(one.place_mm)}" for one in self.comparison.standing]
+        return f"ply {self.number} did not pass after debulking: {', '.join(named)}" if named else ""
 
 
 class Stack:

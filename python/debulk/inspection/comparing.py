@@ -18,6 +18,7 @@ from debulk import _core, pocket, surface
 from debulk._core import InputError
 from debulk.comparison import Comparison, PocketComparison
 from debulk.grid import Grid
+from debulk.inspection import standing_ridges
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.hidden_ridge import Hidden
@@ -28,11 +29,11 @@ from debulk.inspection.reference.resolution import is_coarser
 from debulk.recipe import Recipe
 from debulk.report import Report
 from debulk.results import codec
+from debulk.results.comparison import Standing
 from debulk.results.report import FORMAT, PocketReport
 from debulk.results.trace import ArrayTrace, Trace
 from debulk.verdict import Verdict
 
-_PEAK_CELLS = 5  # width of the median before what surely stands is read: runs of flying pixels survive a smaller one
 _TOLD_APART_MM = 0.03  # what a ply loses by debulking; less is within how well the level is known
 _ROUND = 2  # cells of a map round an outline
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
@@ -46,16 +47,17 @@ def compared(
     trace: Trace | None = None,
     pitch_mm: float = 0.0,
     blur_mm2: float = 0.0,
+    prepared: Prepared | None = None,
 ) -> Comparison:
     """Compare a report with the measured heights of the debulked ply above the reference; NaN = not measured.
 
     The points of the scan lie `pitch_mm` apart, if that is more than a cell, and `blur_mm2` is the variance by which
-    gridding blurred them.
+    gridding blurred them. Ridges beside the pockets are sought above the `prepared` reference.
     """
     limits, hidden = recipe.verdict, Hidden(recipe, max(heights.spacing_mm, pitch_mm), blur_mm2)
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
-    peaks = surface.median(heights, _PEAK_CELLS, threads=threads)
+    peaks = surface.median(heights, standing_ridges.MEDIAN_CELLS, threads=threads)
     beside = np.ones(filtered.values.shape, dtype=bool)  # on the ply, in no pocket's outline
     if report.ply_outline_mm is not None:
         beside &= pocket.inside_outline(report.ply_outline_mm, filtered)
@@ -87,10 +89,14 @@ def compared(
                 **figures,
             )
         )
-    # Without an outline the map extends beyond the ply, and its median would not be that of the ply.
-    laid = None
+    # Without an outline the map extends beyond the ply, and what stands there would not be the ply.
+    laid, ridges = None, tuple[Standing, ...]()
     if report.ply_outline_mm is not None and between.any():
         laid = float(np.median(filtered.values[between]))
+        if prepared is not None:
+            ridges = standing_ridges.standing(peaks, between, report.ply_outline_mm, prepared, recipe)
+    feet_mm = [known.foot_or_outline_mm for known in report.pockets]
+    pockets = [standing_ridges.near(one, foot, ridges, recipe) for one, foot in zip(pockets, feet_mm, strict=True)]
     return Comparison(
         pockets=tuple(pockets),
         max_rms_mm=limits.max_rms_mm,
@@ -98,7 +104,11 @@ def compared(
         laid_height_mm=laid,
         height_map=Grid(filtered.values, filtered.origin_mm, filtered.spacing_mm),
         ply_outline_mm=report.ply_outline_mm,
-        warnings=() if laid is None else _unpressed(laid, recipe),
+        standing=ridges,
+        warnings=(
+            *(() if laid is None else _unpressed(laid, recipe)),
+            *(f"{standing_ridges.words(one)}, where no pocket was" for one in ridges),
+        ),
         trace=trace,
         report_trace=report.trace,
         report_verdict=report.verdict,
@@ -160,9 +170,8 @@ def pressed(report: Report, setup: Setup, prepared: Prepared) -> Setup:
 
 def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid) -> None:
     """Refuse a scan that does not show the report's ply in its place, with the reason that an inspection would give."""
-    placed = placing.gross(sample) or placing.judge_between(
-        sample, [p.foot_or_outline_mm for p in report.pockets], heights
-    )
+    feet_mm = [p.foot_or_outline_mm for p in report.pockets]
+    placed = placing.gross(sample) or placing.judge_between(sample, feet_mm, heights, debulked=True)
     if placed.finding:
         raise InputError(f"debulked_scan: expected the ply of the report after debulking, but {placed.finding.reason}")
 

@@ -517,7 +517,7 @@ class Inspector:
         except _core.Stopped:
             raise Cancelled("the comparison was cancelled") from None
         trace = self._lying.trace(time_utc=began, scan=scanned)
-        comparison = compared(report.settle(), heights, self.recipe, trace, apart_mm, blur_mm2)
+        comparison = compared(report.settle(), heights, self.recipe, trace, apart_mm, blur_mm2, self.prepared)
         comparison = comparison if self.history is None else self.history.keep_comparison(comparison, report)
         return comparison, Cleaned(points, image, few, scanned, place.of_another(debulked_scan))
 

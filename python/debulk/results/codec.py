@@ -26,7 +26,7 @@ from debulk.grid import Grid
 from debulk.results.migrations import OLDEST, migrated
 from debulk.results.record import hints_of, stored_as, without_none
 
-SCHEMA = 15
+SCHEMA = 16
 _ODD = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 _MAX_CELLS = 1 << 30
 _ENCODINGS = {size: f"base64(zlib(float{8 * size} little-endian, row by row))" for size in (4, 8)}

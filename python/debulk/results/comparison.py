@@ -80,6 +80,18 @@ class PocketComparison(Record):
         return self.predicted is self.measured
 
 
+@dataclass(frozen=True, kw_only=True)
+class Standing(Record):
+    """A ridge that stands on the debulked ply where the report has no pocket."""
+
+    place_mm: tuple[float, float]
+    """Mold XY of its highest place."""
+    height_mm: float
+    """Height above the surface below, after a median over 5 by 5 cells."""
+    length_mm: float
+    """How far it reaches above the limit."""
+
+
 _DECIDED = {Verdict.CEASE, Verdict.CREASE}
 
 
@@ -112,6 +124,9 @@ class ComparisonData(Versioned):
     """Settings of the comparison, section by section."""
     source: dict[str, str] = field(default_factory=dict)
     """Names of files, and the like."""
+    standing: tuple[Standing, ...] = ()
+    """Ridges above the limit beside all pockets, highest first. Before 0.17.0 and without an outline of the ply they
+    are not looked for."""
     warnings: tuple[str, ...] = ()
     """What the reader should know before trusting the rest."""
     version: str = ""
@@ -149,6 +164,8 @@ class ComparisonData(Versioned):
             for name, group in (("CEASE", self.false_cease), ("CREASE", rest))
             if group
         ]
+        if self.standing:
+            told.append(f"{len(self.standing)} ridge{'s' * (len(self.standing) > 1)} beside the pockets")
         if told or not self.agreement.total:
             return "; ".join(told) or str(self.agreement)
         return "no outcome was wrong"

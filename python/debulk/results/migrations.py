@@ -45,6 +45,7 @@ _NEW_IN_COMPARISON: Mapping[int, Mapping[str, Tree]] = {
         "": dict.fromkeys(("trace", "report_trace", "report_verdict", "report_sha256")) | {"recipe": {}, "source": {}},
     },
     15: {"pockets": {"measured_peak_range_mm": None}},
+    16: {"": {"standing": []}},
 }
 
 

@@ -168,6 +168,22 @@ def test_a_fold_in_the_foot_between_the_points_of_a_scan_is_no_cease(pitch_mm):
 
 
 @pytest.mark.layup
+@pytest.mark.parametrize(("off", "near"), [(28, True), (45, True), (-60, False)])
+def test_a_ridge_beside_a_pocket_is_told(off, near):
+    """Beside the foot, which ends 26 mm from the pocket's middle, nothing was looked for: CEASE, and no word of it."""
+    rng = np.random.default_rng(8)
+    inspector, report = inspected(1.0, rng)
+    after = cloud(1.0, 0.4, rng, lambda x, y: 0.25 + ridge(0.4, x - off, y, np.pi / 2, 0.0, 14.0))
+    comparison = inspector.compare(report, after)
+    (one,), (pocket,) = comparison.standing, comparison.pockets
+    assert np.hypot(one.place_mm[0] - 100 - off, one.place_mm[1] - 100) < 2.5
+    assert LIMIT_MM < one.height_mm < 0.25 + section(0.4)[:, 1].max() and 8 < one.length_mm < 28
+    assert comparison.headline == "1 ridge beside the pockets" and "where no pocket was" in comparison.warnings[0]
+    assert pocket.measured is (Verdict.UNDECIDED if near else Verdict.CEASE)
+    assert ("look whether it came of this pocket" in pocket.reason) == near
+
+
+@pytest.mark.layup
 @pytest.mark.parametrize("pitch_mm", [1.0, 2.0, 3.0])
 def test_a_ridge_between_the_points_of_a_scan_is_no_cease(pitch_mm):
     """At 2 and 3 mm the median over five cells reads a ridge of 0.73 mm below the limit."""

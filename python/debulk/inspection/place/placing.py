@@ -150,8 +150,13 @@ class Placing:
         outlines = [p.foot.outline_mm if len(p.foot.outline_mm) else p.pocket.outline_mm for p in found.pockets]
         return replace(self.judge_between(sample, outlines, found.overview), beyond=self._beyond)
 
-    def judge_between(self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid) -> Placed:
-        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights."""
+    def judge_between(
+        self, sample: Sample, outlines_mm: Sequence[Floats], heights: Grid, *, debulked: bool = False
+    ) -> Placed:
+        """Judge the level outside the pockets' outlines, (M, 2) each, and the ply's edge in a map of heights.
+
+        Over the edge of a debulked ply folds may run, and no pocket is sought beside it.
+        """
         placed = self._judge(sample, outlines_mm)
         if placed.finding:
             return placed
@@ -162,11 +167,13 @@ class Placing:
             finding = ply_edge.low_step(edge, edge.strips(heights) - self._missed_at(edge), self._least_mm)
             return replace(placed, finding=finding, edge=edge)
         raised_mm = 0.0 if placed.level is None else placed.level.laid_mm - self._thickness_mm
-        found = (self._of_edge(edge, heights, missed, raised_mm) for edge, missed in self._edges)
+        found = (self._of_edge(edge, heights, missed, raised_mm, debulked) for edge, missed in self._edges)
         finding = next(filter(None, found), None)
         return placed if finding is None else replace(placed, finding=finding)
 
-    def _of_edge(self, edge: Outline, heights: Grid, missed: Floats, raised_mm: float) -> Finding | None:
+    def _of_edge(
+        self, edge: Outline, heights: Grid, missed: Floats, raised_mm: float, debulked: bool
+    ) -> Finding | None:
         recipe, thickness_mm, strips = self._recipe, self._thickness_mm, edge.strips(heights)
         cut_mm, share = recipe.segmentation.cut_height_mm, recipe.level.largest_edge_share
         most_mm = excess.of_ridge(options.counts_from_mm(recipe), recipe)
@@ -174,7 +181,7 @@ class Placing:
             ply_edge.covered(edge, heights, thickness_mm)
             or ply_edge.misfit(edge, strips, thickness_mm, cut_mm, share)
             or ply_edge.left_out(edge, strips - missed, thickness_mm, raised_mm, heights.spacing_mm)
-            or ply_edge.longer_outside(edge, heights, missed, raised_mm + thickness_mm, most_mm)
+            or (None if debulked else ply_edge.longer_outside(edge, heights, missed, raised_mm + thickness_mm, most_mm))
             or ply_edge.low_step(edge, strips - missed, self._least_mm)
         )
 
