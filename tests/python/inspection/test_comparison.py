@@ -406,7 +406,7 @@ def test_thirteen_of_fourteen():
 
 def test_a_fold_over_the_edge_of_the_ply_is_no_wrong_outline():
     """The comparison was refused: "the outline leaves out a part of the ply"."""
-    layup = scenes.layup(300, (1024, 768))
-    inspector = Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
+    layup = debulk.scenes.layup(300, (1024, 768))
+    inspector = debulk.Inspector(None, layup.reference, layup.ply_outline, mold_from_scanner=layup.mold_from_scanner)
     comparison = inspector.compare(inspector.inspect(layup.scan), layup.debulked().scan)
     assert sum(p.measured is Verdict.CREASE for p in comparison.pockets) > 5
