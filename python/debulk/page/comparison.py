@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from debulk.page.charts import Row, bar_chart
 from debulk.page.map import Area, ply_map
 from debulk.page.map_ridges import Ridge, ridge_path
@@ -9,7 +12,7 @@ from debulk.page.measured_ridges import measured_ridges
 from debulk.page.render import render
 from debulk.page.report import recipe_lists
 from debulk.page.trace import comparison_lists, identity_of, title_block
-from debulk.results.comparison import ComparisonData, PocketComparison
+from debulk.results.comparison import ComparisonData, PocketComparison, Standing
 from debulk.results.number import number
 from debulk.verdict import Verdict
 
@@ -36,7 +39,11 @@ def page(comparison: ComparisonData) -> str:
             [Area(p.id, p.measured, p.outline_mm, _says(p)) for p in pockets],
             max([*peaks, 2 * comparison.max_peak_mm]),
             ridges=[ridge for p in pockets if (ridge := _ridge(p, comparison.max_peak_mm))],
-            measured=measured_ridges(comparison.height_map, [p.outline_mm for p in pockets], comparison.max_peak_mm),
+            measured=measured_ridges(
+                comparison.height_map,
+                [*(p.outline_mm for p in pockets), *map(_round, comparison.standing)],
+                comparison.max_peak_mm,
+            ),
         ),
         counts=[(v, n) for v in columns if (n := sum(p.measured is v for p in pockets))],
         pockets=sorted(pockets, key=lambda p: ({False: 0, None: 1, True: 2}[p.hit], -p.measured.severity, p.id)),
@@ -66,6 +73,11 @@ def page(comparison: ComparisonData) -> str:
             ),
         ],
     )
+
+
+def _round(one: Standing) -> NDArray[np.float64]:
+    """Return a square round a ridge beside the pockets."""
+    return np.array(one.place_mm) + one.length_mm * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
 def _ridge(pocket: PocketComparison, limit_mm: float) -> Ridge | None:

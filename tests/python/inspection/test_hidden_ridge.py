@@ -7,6 +7,8 @@ import pytest
 
 import debulk
 from debulk.inspection.hidden_ridge import OFF_CREST, OFF_CREST_OF_MEDIAN, ROWS, Hidden, along
+from debulk.page.comparison import page
+from debulk.page.measured_ridges import measured_ridges
 from debulk.recipe import Recipe
 from debulk.section import fold
 from debulk.surface import median
@@ -183,6 +185,11 @@ def test_a_ridge_beside_a_pocket_is_told(off, near):
     )
     assert pocket.measured is (Verdict.UNDECIDED if near else Verdict.CEASE)
     assert ("look whether it came of this pocket" in pocket.reason) == near
+    shown = page(comparison)
+    assert (
+        'class="banner crease"' in shown and measured_ridges(comparison.height_map, [pocket.outline_mm], LIMIT_MM) == ""
+    )
+    assert shown.count('class="ridge-measured" d="M') == 2  # in the map, and its meaning
 
 
 @pytest.mark.layup
