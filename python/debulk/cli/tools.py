@@ -31,8 +31,8 @@ def compare(
 ) -> None:
     """Hold a report against a scan after debulking: measured RMS inside the original outlines, outcomes, hit rate.
 
-    The exit code is 1 where an outcome was wrong: CEASE was predicted of a pocket and CREASE measured, or the reverse;
-    0 where none was, also where a side left some undecided; 2 for bad input.
+    The exit code is 1 where an outcome was wrong (CEASE was predicted of a pocket and CREASE measured, or the reverse),
+    or a ridge stands beside the pockets; 0 else, also where a side left some undecided; 2 for bad input.
     """
     from debulk import files
     from debulk.history.kept import history_of
@@ -68,7 +68,7 @@ def compare(
     else:
         show(lambda width: table(found, width))
         written(*output or [])
-    raise typer.Exit(1 if found.wrong else 0)
+    raise typer.Exit(1 if found.wrong or found.standing else 0)
 
 
 def repeat(

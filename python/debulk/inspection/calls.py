@@ -78,7 +78,8 @@ def compare(
     Returns
     -------
     Comparison
-        Measured RMS and peak inside the original outlines, outcomes, and the hit rate with its confidence interval.
+        Measured RMS inside the original outlines, peak in the pockets' feet, outcomes, the hit rate with its confidence
+        interval, and ridges that stand beside all pockets.
 
     Raises
     ------

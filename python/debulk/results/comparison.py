@@ -41,7 +41,7 @@ class PocketComparison(Record):
         cells, which lowers a ridge of a few cells' width. A ridge in another pocket's outline is that pocket's.
     measured_peak_range_mm
         What surely stands there, the measured peak less its noise, and what may: the measured peak, or the highest
-        ridge that the outline's cells hide by their width, their noise and what was not seen. The outcome is CEASE only
+        ridge that the foot's cells hide by their width, their noise and what was not seen. The outcome is CEASE only
         if both ends keep the limit, and CREASE if both exceed it, or the RMS its own. None: it was not looked at
         (before 0.15.0), or nothing was seen.
     noise_mm
