@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import sqlite3
 from collections.abc import Sequence
 from os import PathLike
@@ -18,6 +17,7 @@ from debulk.history.search import Search
 from debulk.history.store import History
 from debulk.history.tables import connected
 from debulk.results.extras import imported
+from debulk.results.report_csv import written
 
 _ARROW = {"int": "int64", "str": "string", "float": "float64", "float | None": "float64"}
 _OWNER = {"outcome": "report"}  # the column that names a row's layup; in the other tables it is "record"
@@ -93,10 +93,7 @@ def _dfq(history: History, path: Path, table: str, search: Search) -> int:
 
 
 def _csv(path: Path, table: str, rows: Sequence[tuple[Any, ...]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns(TABLES[table]))
-        writer.writerows(rows)
+    path.write_bytes(written(columns(TABLES[table]), rows).encode())
 
 
 def _parquet(path: Path, table: str, rows: Sequence[tuple[Any, ...]]) -> None:

@@ -179,6 +179,14 @@ def test_the_word_of_an_operator_is_kept(history):
     assert "expected record 4 to be a report, but it is an operator's outcome" in got.stderr
 
 
+def test_no_cell_of_an_exported_table_is_a_formula(tmp_path, report):
+    there = History(tmp_path / "cell.sqlite")
+    there.add(of(report, part='=HYPERLINK("x")'))
+    export(there, tmp_path / "layup.csv")
+    with (tmp_path / "layup.csv").open(newline="") as file:
+        assert [row["part"] for row in csv.DictReader(file)] == ['\'=HYPERLINK("x")']
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_tables_are_exported(history, tmp_path, ending):
     history.add_outcome(1, 3, "crease")
