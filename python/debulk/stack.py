@@ -23,8 +23,6 @@ from debulk.inspection.reference.prepared import Cleaned
 from debulk.inspection.running.ahead import Ahead
 from debulk.inspection.running.cycle import Cycle
 from debulk.report import Report
-from debulk.verdict import Verdict
-from debulk.words import in_mm
 
 if TYPE_CHECKING:
     from debulk.recipe import Recipe
@@ -55,10 +53,8 @@ class StackPly:
             return f"ply {self.number} was not inspected"
         if self.comparison is None:
             return f"ply {self.number} was not scanned after debulking"
-        bad = [one for one in self.comparison.pockets if one.measured is not Verdict.CEASE]
-        named = [f"pocket {one.id} {one.measured.name}" for one in bad]
-        named += [f"a ridge of {one.height_mm:.2f} mm at {in_mm(one.place_mm)}" for one in self.comparison.standing]
-        return f"ply {self.number} did not pass after debulking: {', '.join(named)}" if named else ""
+        named = ", ".join(self.comparison.not_passed)
+        return f"ply {self.number} did not pass after debulking: {named}" if named else ""
 
 
 class Stack:

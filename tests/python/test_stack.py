@@ -9,9 +9,12 @@ import pytest
 
 import debulk
 from debulk import Cancelled, InputError, Recipe, Stack, Verdict
-from debulk.page.stack import Layup, references
+from debulk.comparison import Comparison
+from debulk.page.stack import Layup, page, references
 from debulk.report import Report
+from debulk.results.comparison import Standing
 from debulk.results.trace import ArrayTrace, Trace
+from debulk.stack import StackPly
 from html_reader import read
 
 pytestmark = pytest.mark.layup
@@ -123,6 +126,18 @@ def test_a_wrong_reference_shows_by_its_fingerprint():
     assert second == "it is the scan of ply 1 before debulking, whose pockets it hides"
     bare = dataclasses.replace(ply(1, "mold").report, trace=None)
     assert references([Layup(bare, "old.json")]) == [""]
+
+
+def test_a_ply_on_which_a_ridge_stands_beside_all_pockets_does_not_pass():
+    done = Comparison(pockets=(), max_rms_mm=0.3, max_peak_mm=0.6)
+    passed = StackPly(2, ply(2, "mold").report, done)
+    assert passed.passed and done.headline != "1 ridge beside the pockets"
+    ridge = Standing(place_mm=(120.0, 40.2), height_mm=0.852, length_mm=30.0)
+    other = StackPly(2, passed.report, dataclasses.replace(done, standing=(ridge,)))
+    assert other.open_reason == "ply 2 did not pass after debulking: a ridge of 0.85 mm at (120, 40) mm"
+    assert not other.passed and other.comparison.headline == "1 ridge beside the pockets"
+    shown = page([ply(1, "mold"), Layup(other.report, "2.json", comparison=other.comparison)])
+    assert "did not pass: a ridge of 0.85 mm at (120, 40) mm" in shown
 
 
 def of_verdict(report):

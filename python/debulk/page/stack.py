@@ -115,7 +115,7 @@ def _after(comparison: ComparisonData | None) -> str:
     """Say what a ply's scan after debulking showed; empty if there was none."""
     if comparison is None:
         return ""
-    bad = [f"pocket {one.id} {one.measured.name}" for one in comparison.pockets if one.measured is not Verdict.CEASE]
+    bad = comparison.not_passed
     return f"did not pass: {', '.join(bad)}" if bad else "passed: every pocket ceased"
 
 

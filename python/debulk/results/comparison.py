@@ -10,6 +10,7 @@ from debulk.results.agreement import Agreement, agreement
 from debulk.results.record import PointsXY, Record, Versioned
 from debulk.results.trace import Trace
 from debulk.verdict import Verdict
+from debulk.words import in_mm
 
 FORMAT = "debulk comparison"
 
@@ -154,6 +155,12 @@ class ComparisonData(Versioned):
     def false_cease(self) -> tuple[PocketComparison, ...]:
         """The pockets that crease although CEASE was predicted: the errors that must not occur."""
         return tuple(p for p in self.wrong if p.predicted is Verdict.CEASE)
+
+    @property
+    def not_passed(self) -> tuple[str, ...]:
+        """What did not pass, in words: the pockets that are not measured to have ceased, and ridges beside them."""
+        pockets = [f"pocket {one.id} {one.measured.name}" for one in self.pockets if one.measured is not Verdict.CEASE]
+        return *pockets, *(f"a ridge of {one.height_mm:.2f} mm at {in_mm(one.place_mm)}" for one in self.standing)
 
     @property
     def headline(self) -> str:
