@@ -77,7 +77,9 @@ def test_decimal_commas_between_commas(tmp_path):
 
 def test_without_ezdxf_one_sentence_says_so(tmp_path, monkeypatch):
     whole = builtins.__import__
-    monkeypatch.setattr(builtins, "__import__", lambda name, *a, **k: whole("no" * name.startswith("ezdxf") + name, *a, **k))
+    monkeypatch.setattr(
+        builtins, "__import__", lambda name, *a, **k: whole("no" * name.startswith("ezdxf") + name, *a, **k)
+    )
     assert "pip install 'debulk[dxf]', or export the outline as lines of x,y" in error_for(tmp_path / "o.dxf", "0\n")
 
 
