@@ -129,12 +129,13 @@ def _sigmas(height: Floats, out: Floats) -> Floats:
     `height` (N, M) is in thicknesses above the reference, `out` (N, M) in pixels from the outline, positive outwards.
     """
     known = np.isfinite(height)
-    high, low = _quantile(height, known, 0.9), _quantile(height, known, 0.1)
+    ranked, ranked_out = _ranked(height, known), _ranked(out, known)
+    high, low = _quantile(ranked, 0.9), _quantile(ranked, 0.1)
     for _ in range(2):  # the levels determine where the edge is, and the edge where the levels are read
         on_ply = height > 0.5 * (high + low)
-        edge = _quantile(out, known, _count(on_ply) / np.maximum(_count(known), 1))
+        edge = _quantile(ranked_out, np.sum(on_ply, axis=1, keepdims=True) / np.maximum(_count(known), 1))
         inner, outer = known & (out - edge < -LIMITS.beside_pixels), known & (out - edge > LIMITS.beside_pixels)
-        high, low = _quantile(height, inner, 0.5), _quantile(height, outer, 0.5)
+        high, low = _quantile(_ranked(height, inner), 0.5), _quantile(_ranked(height, outer), 0.5)
     share = (height - low) / (high - low)
     near = np.abs(out - edge) < LIMITS.half_pixels / 2
     used = known & (np.abs(share - 0.5) < 0.5 + LIMITS.off_steps)
@@ -156,8 +157,13 @@ def _count(marks: Bools) -> NDArray[np.int64]:
     return np.asarray(np.sum(marks, axis=1, keepdims=True))
 
 
-def _quantile(values: Floats, which: Bools, share: float | Floats) -> Floats:
-    """Return the (N, 1) quantiles of the marked ones among (N, M) values, row by row; NaN if none is marked."""
-    ranked, count = np.sort(np.where(which, values, np.nan), axis=1), _count(which)  # NaN last
+def _ranked(values: Floats, which: Bools) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the marked ones among (N, M) values in order, row by row, with NaN last, and their number (N, 1)."""
+    return np.sort(np.where(which, values, np.nan), axis=1), _count(which)
+
+
+def _quantile(of: tuple[Floats, NDArray[np.int64]], share: float | Floats) -> Floats:
+    """Return the (N, 1) quantiles of what `_ranked` returns, row by row; NaN if none is marked."""
+    ranked, count = of
     place = np.clip(np.asarray(share * count, dtype=np.int64), 0, np.maximum(count - 1, 0))
     return np.asarray(np.take_along_axis(ranked, place, axis=1))
