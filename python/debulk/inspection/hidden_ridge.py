@@ -120,7 +120,7 @@ def _reached(of: Floats, marks: NDArray[np.bool_], length: float) -> float:
     low, high = -_highest(-of[marks]), _highest(of[marks])
     while high - low > _LEAST_MM / 2:
         middle = (low + high) / 2
-        stands = (marks & (of >= middle)).view(np.uint8)
+        stands = (marks & ~(of < middle)).view(np.uint8)  # what was not seen may stand
         boxes = cv2.connectedComponentsWithStats(stands, connectivity=8)[2][1:]
         far = np.hypot(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= length
         low, high = (middle, high) if far.any() else (low, middle)

@@ -35,7 +35,9 @@ def standing(
     limit_mm, cell = recipe.verdict.max_ridge_mm, float(read.spacing_mm)
     least_mm = max(math.sqrt(options.looked_for_mm2(recipe) / math.pi), MEDIAN_CELLS * cell)
     out = []
-    for (rows, columns), own in pieces_of(beside & (read.values > limit_mm), 8).each(least_mm / cell, 0):
+    for (rows, columns), own in pieces_of(beside & (read.values > limit_mm), 8).each(
+        least_mm / (math.sqrt(2) * cell), 0
+    ):
         cells = np.argwhere(own)[:, ::-1] + [columns.start, rows.start]
         xy = read.origin_mm + cell * cells
         above = read.values[rows, columns][own] - np.fmax(prepared.missed_mm(xy), 0)
