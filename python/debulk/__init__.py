@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from debulk.stack import Stack
     from debulk.verdict import Verdict
 
-__version__ = "0.17.0"
+__version__ = "0.18.0"
 check_core(getattr(_core, "build", "unknown"), __version__)
 
 __all__ = [
