@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Cloud, Floats
-from debulk.inspection.evidence.pieces import grown, pieces_of
+from debulk.inspection.evidence.pieces import pieces_of
 from debulk.recipe import options
 
 
@@ -50,12 +50,15 @@ def flying(height: Cloud, pitch_mm: float) -> Bools:
     low = cv2.erode(np.where(known, height, FAR_MM), square)
     stands = np.where(known, height - cv2.dilate(np.where(low < FAR_MM, low, -FAR_MM), square), 0)
     flies = stands > LIMITS.steep * pitch_mm
-    for window, own in pieces_of(flies, 8).each(1, 1):
-        rows, columns = (np.ptp(at) + 1 for at in np.nonzero(own))
-        beside = grown(own) & ~own
-        flies[window][own] = (
-            pitch_mm * np.hypot(rows, columns) < LIMITS.longest_mm
-            and np.mean(~known[window][beside]) <= LIMITS.unseen_share
-            and stands[window][beside].max() <= LIMITS.foot_share * np.median(stands[window][own])
-        )
-    return flies
+    pieces = pieces_of(flies, 8)
+    of, beside = pieces.rings()
+    count = len(pieces.sizes)
+    unseen_share = np.bincount(of, ~known.flat[beside], count) / np.maximum(np.bincount(of, minlength=count), 1)
+    foot = np.zeros(count, np.float32)
+    np.maximum.at(foot, of, stands.flat[beside])
+    alone = (
+        (pitch_mm * np.hypot(*np.diff(pieces.boxes)[:, ::2].T) < LIMITS.longest_mm)
+        & (unseen_share <= LIMITS.unseen_share)
+        & (foot <= LIMITS.foot_share * pieces.medians(stands))
+    )
+    return np.asarray(flies & alone[pieces.labels])

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arrays import Bools, Whole
+from debulk.arrays import Bools, Cloud, Whole
 
 
 class Pieces(NamedTuple):
@@ -40,6 +40,29 @@ class Pieces(NamedTuple):
         """Return the rows and columns of a piece, and so many around it."""
         top, bottom, left, right = self.boxes[number].tolist()
         return slice(max(0, top - around), bottom + around), slice(max(0, left - around), right + around)
+
+    def rings(self) -> tuple[Whole, Whole]:
+        """Return the cells round all pieces of a mask whose cells touch at corners, too, piece by piece.
+
+        Returns:
+            (M,) number of the piece, and (M,) flat index of a cell that touches it.
+        """
+        framed = np.pad(self.labels, 1, constant_values=-1)
+        width = framed.shape[1]
+        own = np.flatnonzero(framed > 0)
+        near = own[:, None] + np.array([-width - 1, -width, -width + 1, -1, 1, width - 1, width, width + 1])
+        pairs = framed.flat[own][:, None].astype(np.int64) * framed.size + near
+        of, cell = np.divmod(np.unique(pairs[framed.flat[near] == 0]), framed.size)
+        row, column = np.divmod(cell, width)
+        return of, (row - 1) * (width - 2) + column - 1
+
+    def medians(self, values: Cloud) -> Cloud:
+        """Return the (N,) medians of an image's values (H, W) over each piece; NaN for number 0."""
+        own = np.flatnonzero(self.labels)
+        own = own[np.lexsort((values.flat[own], self.labels.flat[own]))]
+        ends = np.cumsum(self.sizes)[1:]
+        middle = values.flat[own[[ends - 1 - self.sizes[1:] // 2, ends - (self.sizes[1:] + 1) // 2]]]
+        return np.append(np.float32(np.nan), (middle[0] + middle[1]) / 2)
 
 
 def pieces_of(marks: Bools, connectivity: int) -> Pieces:
