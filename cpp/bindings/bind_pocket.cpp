@@ -6,6 +6,7 @@
 #include "bindings/pocket_modes.hpp"
 #include "debulk/pocket/foot_contours.hpp"
 #include "debulk/pocket/height_noise.hpp"
+#include "debulk/pocket/humps.hpp"
 #include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/patch.hpp"
 #include "debulk/pocket/pocket_finder.hpp"
@@ -268,6 +269,25 @@ void bind_pocket(py::module_ m) {
 
   m.def("make_patch", &make_patch, py::arg("segmentation"), py::arg("feet"), py::arg("pocket_id"), py::arg("reference"), py::arg("options"),
         py::call_guard<py::gil_scoped_release>());
+
+  py::class_<Hump>(m, "Hump")
+      .def_property_readonly("top", [](const Hump& h) { return row(h.top); })
+      .def_readonly("height", &Hump::height)
+      .def_readonly("area", &Hump::area)
+      .def_readonly("excess", &Hump::excess)
+      .def_readonly("cell", &Hump::cell);
+
+  m.def(
+      "find_humps",
+      [](const Array<double>& heights, const Array<double>& origin, double spacing, const std::optional<Array<double>>& outline,
+         const std::vector<double>& angles, const Stop& stop) {
+        const Grid<double> seen = to_grid(heights, origin_of(origin), spacing, "heights");
+        const Polygon ply = outline ? points<2>(*outline, "ply_outline") : Polygon();
+        const py::gil_scoped_release release;
+        return find_humps(seen, ply, angles, stop);
+      },
+      py::arg("heights"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("ply_outline").none(true), py::arg("angles_deg"),
+      py::arg("stop"));
 
   m.def("height_noise", [](const Array<float>& heights) {
     const Grid<float> grid = to_grid(heights, Eigen::Vector2d::Zero(), 1.0, "height_map");
