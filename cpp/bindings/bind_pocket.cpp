@@ -279,9 +279,9 @@ void bind_pocket(py::module_ m) {
 
   m.def(
       "find_humps",
-      [](const Array<double>& heights, const Array<double>& origin, double spacing, const std::optional<Array<double>>& outline,
+      [](const Array<float>& heights, const Array<double>& origin, double spacing, const std::optional<Array<double>>& outline,
          const std::vector<double>& angles, const Stop& stop) {
-        const Grid<double> seen = to_grid(heights, origin_of(origin), spacing, "heights");
+        const Grid<float> seen = to_grid(heights, origin_of(origin), spacing, "heights");
         const Polygon ply = outline ? points<2>(*outline, "ply_outline") : Polygon();
         const py::gil_scoped_release release;
         return find_humps(seen, ply, angles, stop);

@@ -1,51 +1,51 @@
 #include "debulk/pocket/hump_map.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+
+#include "debulk/surface/median.hpp"
 
 namespace debulk {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-Grid<double> means(const Grid<double>& seen, int step) {
+Grid<float> means(const Grid<float>& seen, int step) {
   const double half = 0.5 * (step - 1);
-  Grid<double> out(seen.nx / step, seen.ny / step, seen.position(half, half), step * seen.spacing, kNan);
+  Grid<float> out(seen.nx / step, seen.ny / step, seen.position(half, half), step * seen.spacing, kNan);
   for (int j = 0; j < out.ny; ++j)
     for (int i = 0; i < out.nx; ++i) {
       double sum = 0;
       int count = 0;
       for (int b = 0; b < step; ++b) {
-        const double* row = &seen.at(i * step, j * step + b);
+        const float* row = &seen.at(i * step, j * step + b);
         for (int a = 0; a < step; ++a)
           if (std::isfinite(row[a])) sum += row[a], ++count;
       }
-      if (count > 0 && 2 * count >= step * step) out.at(i, j) = sum / count;
+      if (count > 0 && 2 * count >= step * step) out.at(i, j) = static_cast<float>(sum / count);
     }
   return out;
 }
 
 }  // namespace
 
-Grid<double> hump_map(const Grid<double>& seen, double cell) {
-  const Grid<double> mean = means(seen, std::max(1, static_cast<int>(std::lround(cell / seen.spacing))));
-  Grid<double> out = mean;
-  for (int j = 0; j < mean.ny; ++j)
-    for (int i = 0; i < mean.nx; ++i) {
-      std::array<double, 9> near;
-      std::size_t k = 0;
-      for (int b = -1; b <= 1; ++b)  // the border's cells stand for those beyond it
-        for (int a = -1; a <= 1; ++a) near[k++] = mean.at(std::clamp(i + a, 0, mean.nx - 1), std::clamp(j + b, 0, mean.ny - 1));
-      if (!std::all_of(near.begin(), near.end(), [](double z) { return std::isfinite(z); })) continue;
-      std::nth_element(near.begin(), near.begin() + 4, near.end());
-      out.at(i, j) = near[4];
-    }
+Grid<float> hump_map(const Grid<float>& seen, double cell) {
+  return median(means(seen, std::max(1, static_cast<int>(std::lround(cell / seen.spacing)))), 3, 1);
+}
+
+Grid<float> part_of(const Grid<float>& map, const Box& box, int margin) {
+  const auto begin = [&](double at, int n) { return static_cast<int>(std::clamp(std::floor(at) - margin, 0.0, double(n))); };
+  const auto end = [&](double at, int n) { return static_cast<int>(std::clamp(std::ceil(at) + margin + 1, 0.0, double(n))); };
+  const Eigen::Vector2d low = map.locate(box.low), high = map.locate(box.high);
+  const int left = begin(low.x(), map.nx), bottom = begin(low.y(), map.ny);
+  Grid<float> out(std::max(0, end(high.x(), map.nx) - left), std::max(0, end(high.y(), map.ny) - bottom), map.position(left, bottom),
+                  map.spacing);
+  for (int j = 0; j < out.ny && out.nx > 0; ++j) std::copy_n(&map.at(left, bottom + j), out.nx, &out.at(0, j));
   return out;
 }
 
-double between(const Grid<double>& map, double column, double row) {
+double between(const Grid<float>& map, double column, double row) {
   const int i = static_cast<int>(std::floor(column)), j = static_cast<int>(std::floor(row));
   const double x = column - i, y = row - j;
   double sum = 0, share = 0;

@@ -97,7 +97,7 @@ class Surroundings {
 // The map round a top, turned by an angle, on the squares as far as the ring reaches.
 class Turned {
  public:
-  Turned(const Grid<double>& map, const HumpTop& top, double radius, double turn)
+  Turned(const Grid<float>& map, const HumpTop& top, double radius, double turn)
       : map_(map),
         top_(top),
         radius_(radius),
@@ -109,18 +109,19 @@ class Turned {
   double height(int column, int row) const {
     return between(map_, top_.i + cos_ * column - sin_ * row, top_.j + sin_ * column + cos_ * row);
   }
-  double far(int column, int row) const { return std::hypot(column, row) / radius_; }
+  double squared(int column, int row) const { return (column * column + row * row) / (radius_ * radius_); }  // radii
   double off(const Surroundings& below, int column, int row) const {
     return height(column, row) - below(column / radius_, row / radius_, row);
   }
 
   Surroundings surroundings() const {
     std::vector<RingCell> ring;
+    ring.reserve(static_cast<std::size_t>((2 * reach_ + 1) * (2 * reach_ + 1)));
     const double level = map_.at(top_.i, top_.j);  // keeps sums small
     for (int row = -reach_; row <= reach_; ++row)
       for (int column = -reach_; column <= reach_; ++column) {
-        const double away = far(column, row);
-        if (!(away > 1 && away <= kRingEnd)) continue;
+        const double away = squared(column, row);
+        if (!(away > 1 && away <= kRingEnd * kRingEnd)) continue;
         const double z = height(column, row);
         if (std::isfinite(z)) ring.push_back({column, row, column / radius_, row / radius_, z - level});
       }
@@ -129,7 +130,7 @@ class Turned {
   }
 
  private:
-  const Grid<double>& map_;
+  const Grid<float>& map_;
   HumpTop top_;
   double radius_;
   int reach_;
@@ -137,7 +138,7 @@ class Turned {
 };
 
 // The angle at which the surface round a top is straightest: a parabola through the squares of how far the ring is off.
-double straightest(const Grid<double>& map, const HumpTop& top, double radius) {
+double straightest(const Grid<float>& map, const HumpTop& top, double radius) {
   if (!top.way) return 0;
   const Way way = kWays[*top.way];
   double turn = std::atan2(way.down, way.right);
@@ -150,15 +151,16 @@ double straightest(const Grid<double>& map, const HumpTop& top, double radius) {
 }
 
 // By how much the longest of the fibres across a hump, at an angle in the turned map, is longer than what is below.
-double excess_along(const Grid<double>& upper, const Grid<double>& lower, int reach, double angle, double cell) {
+double excess_along(const Grid<float>& upper, const Grid<float>& lower, int reach, double angle, double cell) {
   const double c = std::cos(angle), s = std::sin(angle);
+  const auto length = [&](double rise) { return std::sqrt(rise * rise + cell * cell); };
   double most = 0;
   for (int beside = -(reach / 2); beside <= reach / 2; ++beside) {
     double sum = 0, above = kNan, below = kNan;
     for (int k = 0; k <= 2 * reach + 1; ++k) {
       const double along = k - reach - 0.5, x = reach + along * c - beside * s, y = reach + along * s + beside * c;
       const double high = between(upper, x, y), low = between(lower, x, y);
-      const double longer = std::hypot(high - above, cell) - std::hypot(low - below, cell);
+      const double longer = length(high - above) - length(low - below);
       if (std::isfinite(longer)) sum += longer;
       above = high, below = low;
     }
@@ -169,7 +171,7 @@ double excess_along(const Grid<double>& upper, const Grid<double>& lower, int re
 
 }  // namespace
 
-std::optional<HumpShape> hump_shape(const Grid<double>& map, const HumpTop& top, double radius, const std::vector<double>& angles) {
+std::optional<HumpShape> hump_shape(const Grid<float>& map, const HumpTop& top, double radius, const std::vector<double>& angles) {
   const double turn = straightest(map, top, radius), level = map.at(top.i, top.j);
   const Turned turned(map, top, radius, turn);
   const Surroundings below = turned.surroundings();
@@ -177,14 +179,14 @@ std::optional<HumpShape> hump_shape(const Grid<double>& map, const HumpTop& top,
   const double height = turned.off(below, 0, 0) - level;
   if (!(height >= kLeastHump) || below.off() > kRingOff * height) return std::nullopt;
   const int reach = turned.reach();
-  Grid<double> lower(2 * reach + 1, 2 * reach + 1, Eigen::Vector2d::Zero(), map.spacing), upper = lower;
+  Grid<float> lower(2 * reach + 1, 2 * reach + 1, Eigen::Vector2d::Zero(), map.spacing), upper = lower;
   int half = 0;
   for (int row = -reach; row <= reach; ++row)
     for (int column = -reach; column <= reach; ++column) {
       const double stands = turned.off(below, column, row) - level, ground = below(column / radius, row / radius, row);
-      const double lifted = turned.far(column, row) > kWithin || stands <= kFoot * height ? 0.0 : stands;  // NaN stays
-      lower.at(column + reach, row + reach) = ground;
-      upper.at(column + reach, row + reach) = ground + lifted;
+      const double lifted = turned.squared(column, row) > kWithin * kWithin || stands <= kFoot * height ? 0.0 : stands;  // NaN stays
+      lower.at(column + reach, row + reach) = static_cast<float>(ground);
+      upper.at(column + reach, row + reach) = static_cast<float>(ground + lifted);
       half += lifted > height / 2;
     }
   double excess = 0;

@@ -16,6 +16,6 @@ struct HumpShape {
 };
 
 // Measures a hump of a radius in cells along fibres at each of the angles (degrees); nothing if its surroundings are not smooth.
-std::optional<HumpShape> hump_shape(const Grid<double>& map, const HumpTop& top, double radius, const std::vector<double>& angles);
+std::optional<HumpShape> hump_shape(const Grid<float>& map, const HumpTop& top, double radius, const std::vector<double>& angles);
 
 }  // namespace debulk

@@ -11,77 +11,73 @@ namespace debulk {
 namespace {
 
 constexpr double kSeen = 0.9;  // of hump and ring
+constexpr int kEvery = 2;      // cells of the ring along each axis: a top is only a place to measure
 constexpr int kBeside = 5;     // neighbours of a line on each side
 
-// The weight of a value of the ring that is so many radii away, squared, in the prediction of its centre by a quadratic
-// surface. By symmetry the terms 1 and u² + v² alone decide, and their normal equations have a closed form.
-struct RingWeights {
-  double of_one = 0, of_square = 0;
-  double operator()(double squared) const { return of_one + of_square * squared; }
+// A value of a ring, as columns and rows from its centre, and its weight in the prediction of the centre.
+struct RingValue {
+  int a, b;
+  float weight;
 };
 
-RingWeights ring_weights(double radius, int reach) {
-  double n = 0, s = 0, ss = 0;
-  for (int b = -reach; b <= reach; ++b)
-    for (int a = -reach; a <= reach; ++a) {
-      const double far = std::hypot(a, b) / radius, q = far * far;
-      if (far > 1 && far <= kRingEnd) ++n, s += q, ss += q * q;
+// The weights by which a quadratic surface through a ring predicts its centre. By symmetry the terms 1 and u² + v² alone
+// decide, and their normal equations have a closed form.
+std::vector<RingValue> ring_weights(double radius, int reach) {
+  std::vector<RingValue> ring;
+  const auto squared = [&](const RingValue& v) { return (v.a * v.a + v.b * v.b) / (radius * radius); };
+  double s = 0, ss = 0;
+  for (int b = -reach; b <= reach; b += kEvery)
+    for (int a = -reach; a <= reach; a += kEvery) {
+      const double q = squared({a, b, 0});
+      if (q > 1 && q <= kRingEnd * kRingEnd) ring.push_back({a, b, 0}), s += q, ss += q * q;
     }
-  const double determinant = n * ss - s * s;
-  return {ss / determinant, -s / determinant};
+  const auto n = static_cast<double>(ring.size());
+  for (RingValue& v : ring) v.weight = static_cast<float>((ss - s * squared(v)) / (n * ss - s * s));
+  return ring;
 }
 
 // How far each cell stands above what the ring round it predicts. Unknown heights are 0, as is what lies outside.
 Grid<float> above_rings(const Grid<float>& heights, double radius, int reach) {
-  const RingWeights weights = ring_weights(radius, reach);
+  const std::vector<RingValue> ring = ring_weights(radius, reach);
   Grid<float> out = heights;
-  std::vector<float> framed(static_cast<std::size_t>(heights.nx + 2 * reach));
-  for (int j = 0; j < heights.ny; ++j)
-    for (int b = -reach; b <= reach; ++b) {
-      if (j + b < 0 || j + b >= heights.ny) continue;
-      std::copy_n(&heights.at(0, j + b), heights.nx, framed.begin() + reach);
-      for (int a = -reach; a <= reach; ++a) {
-        const double far = std::hypot(a, b) / radius;
-        if (!(far > 1 && far <= kRingEnd)) continue;
-        const auto weight = static_cast<float>(weights(far * far));
-        const float* from = framed.data() + reach + a;
-        float* to = &out.at(0, j);
-        for (int i = 0; i < heights.nx; ++i) to[i] -= weight * from[i];
-      }
+  for (int j = 0; j < heights.ny; ++j) {
+    float* to = &out.at(0, j);
+    for (const RingValue& v : ring) {
+      if (j + v.b < 0 || j + v.b >= heights.ny) continue;
+      const float* from = &heights.at(0, j + v.b);
+      const int begin = std::max(0, -v.a), end = std::min(heights.nx, heights.nx - v.a);
+      for (int i = begin; i < end; ++i) to[i] -= v.weight * from[i + v.a];
     }
+  }
   return out;
 }
 
-// Which cells are known, and enough of hump and ring round them.
-std::vector<char> seen_round(const Grid<float>& heights, double radius, int reach) {
-  const int nx = heights.nx, ny = heights.ny, wide = nx + 1;
-  std::vector<int> before(static_cast<std::size_t>(wide) * ny, 0);  // known cells of the row before this one
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      const std::size_t at = static_cast<std::size_t>(j) * wide + i;
-      before[at + 1] = before[at] + std::isfinite(heights.at(i, j));
-    }
-  std::vector<int> half(static_cast<std::size_t>(reach) + 1);
-  int whole = 0;
-  for (int b = 0; b <= reach; ++b) {
-    int& a = half[static_cast<std::size_t>(b)] = -1;
-    while (std::hypot(a + 1, b) <= kRingEnd * radius) ++a;
-    whole += (b == 0 ? 1 : 2) * (2 * a + 1);
+// Which share of the disc of hump and ring is known round a cell.
+class SeenRound {
+ public:
+  SeenRound(const Grid<float>& heights, double radius) : nx_(heights.nx), ny_(heights.ny), before_(heights.size() + heights.ny, 0) {
+    for (int j = 0; j < ny_; ++j)
+      for (int i = 0; i < nx_; ++i) at(i + 1, j) = at(i, j) + std::isfinite(heights.at(i, j));
+    for (int b = 0; b <= kRingEnd * radius; ++b) half_.push_back(static_cast<int>(std::sqrt(std::pow(kRingEnd * radius, 2) - b * b)));
   }
-  std::vector<char> out(heights.size(), 0);
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      if (!std::isfinite(heights.at(i, j))) continue;
-      int count = 0;
-      for (int b = std::max(-reach, -j); b <= std::min(reach, ny - 1 - j); ++b) {
-        const int a = half[static_cast<std::size_t>(std::abs(b))];
-        const int* row = &before[static_cast<std::size_t>(j + b) * wide];
-        count += row[std::min(nx, i + a + 1)] - row[std::max(0, i - a)];
-      }
-      out[heights.index(i, j)] = count >= kSeen * whole;
+  double operator()(int i, int j) {
+    int known = 0, whole = 0;
+    const int reach = static_cast<int>(half_.size()) - 1;
+    for (int b = -reach; b <= reach; ++b) {
+      const int a = half_[static_cast<std::size_t>(std::abs(b))];
+      whole += 2 * a + 1;
+      if (j + b >= 0 && j + b < ny_) known += at(std::min(nx_, i + a + 1), j + b) - at(std::max(0, i - a), j + b);
     }
-  return out;
-}
+    return static_cast<double>(known) / whole;
+  }
+
+ private:
+  int nx_, ny_;
+  std::vector<int> before_;  // known cells of the row before each one
+  std::vector<int> half_;    // columns of the disc on each side, by rows from its middle
+
+  int& at(int i, int j) { return before_[static_cast<std::size_t>(j) * (nx_ + 1) + i]; }
+};
 
 // The distances along a line, in steps, from which a parabola predicts its middle, and their weights.
 struct LineSteps {
@@ -165,41 +161,40 @@ struct AboveLines {
   }
 };
 
-// The largest value within `reach` cells along x and along y.
-Grid<float> highest_near(const Grid<float>& values, int reach) {
-  Grid<float> rows = values, out = values;
-  for (int j = 0; j < values.ny; ++j)
-    for (int i = 0; i < values.nx; ++i)
-      rows.at(i, j) = *std::max_element(&values.at(std::max(0, i - reach), j), &values.at(std::min(values.nx - 1, i + reach), j) + 1);
-  for (int j = 0; j < values.ny; ++j)
-    for (int b = std::max(0, j - reach); b <= std::min(values.ny - 1, j + reach); ++b)
-      for (int i = 0; i < values.nx; ++i) out.at(i, j) = std::max(out.at(i, j), rows.at(i, b));
-  return out;
+// Whether no value within so many cells along x and along y is larger.
+bool is_highest(const Grid<float>& values, int i, int j, int near) {
+  for (int b = std::max(0, j - near); b <= std::min(values.ny - 1, j + near); ++b)
+    for (int a = std::max(0, i - near); a <= std::min(values.nx - 1, i + near); ++a)
+      if (values.at(a, b) > values.at(i, j)) return false;
+  return true;
 }
 
 }  // namespace
 
-std::vector<HumpTop> hump_tops(const Grid<double>& map, double radius, const std::vector<char>& wanted, std::size_t most) {
+std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const std::vector<char>& wanted, std::size_t most) {
   const int reach = static_cast<int>(std::ceil(kRingEnd * radius));
   if (std::min(map.nx, map.ny) < 2 * reach + 1) return {};
-  std::vector<double> known;
-  for (const double z : map.values)
+  std::vector<float> known;
+  for (const float z : map.values)
     if (std::isfinite(z)) known.push_back(z);
-  const double level = upper_median(known);
+  const float level = upper_median(known);
   Grid<float> heights = map.like<float>(), filled = heights;
   for (std::size_t k = 0; k < map.size(); ++k) {
-    heights.values[k] = static_cast<float>(map.values[k] - level);
+    heights.values[k] = map.values[k] - level;
     filled.values[k] = std::isfinite(map.values[k]) ? heights.values[k] : 0.0F;
   }
-  const std::vector<char> seen = seen_round(heights, radius, reach);
-  const AboveLines lines(heights, radius);
+  SeenRound seen(heights, radius);
+  const int near = std::max(1, static_cast<int>(radius / 2));
   std::vector<HumpTop> out;
   const auto take = [&](const Grid<float>& above, const std::vector<std::uint8_t>* ways) {
-    const Grid<float> highest = highest_near(above, std::max(1, static_cast<int>(radius / 2)));
     std::vector<std::size_t> found;
-    for (std::size_t k = 0; k < above.size(); ++k)
-      if (seen[k] && wanted[k] && above.values[k] > static_cast<float>(kLeastHump) && above.values[k] >= highest.values[k])
-        found.push_back(k);
+    for (int j = 0; j < map.ny; ++j)
+      for (int i = 0; i < map.nx; ++i) {
+        const std::size_t k = map.index(i, j);
+        if (above.values[k] > static_cast<float>(kLeastHump) && wanted[k] && std::isfinite(heights.values[k]) &&
+            is_highest(above, i, j, near) && seen(i, j) >= kSeen)
+          found.push_back(k);
+      }
     std::stable_sort(found.begin(), found.end(), [&](std::size_t a, std::size_t b) { return above.values[a] > above.values[b]; });
     found.resize(std::min(found.size(), most));
     for (const std::size_t k : found) {
@@ -208,6 +203,7 @@ std::vector<HumpTop> hump_tops(const Grid<double>& map, double radius, const std
     }
   };
   take(above_rings(filled, radius, reach), nullptr);
+  const AboveLines lines(heights, radius);
   take(lines.above, &lines.ways);
   return out;
 }

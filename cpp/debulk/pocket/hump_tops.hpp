@@ -44,6 +44,6 @@ struct HumpTop {
 
 // The cells that stand highest above what the ring round them predicts, and then those highest above lines through them,
 // the highest first. `radius` counts cells. Of each kind at most `most` are returned, of those that `wanted` marks.
-std::vector<HumpTop> hump_tops(const Grid<double>& map, double radius, const std::vector<char>& wanted, std::size_t most);
+std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const std::vector<char>& wanted, std::size_t most);
 
 }  // namespace debulk

@@ -23,20 +23,23 @@ bool covers(const Hump& hump, const Eigen::Vector2d& place) {
 
 }  // namespace
 
-std::vector<Hump> find_humps(const Grid<double>& seen, const Polygon& ply, const std::vector<double>& angles, const Stop& stop) {
+std::vector<Hump> find_humps(const Grid<float>& seen, const Polygon& ply, const std::vector<double>& angles, const Stop& stop) {
   std::vector<Hump> out;
-  Grid<double> map = seen;
+  Grid<float> whole = seen;
   for (const double radius : kRadii) {
-    map = hump_map(map, radius / kCells);
+    whole = hump_map(whole, radius / kCells);
+    const double cells = radius / whole.spacing;
+    // As far as a ring round what lies on a ring round a place of the ply.
+    const Grid<float> map = ply.empty() ? whole : part_of(whole, bounding_box(ply), static_cast<int>(2 * kRingEnd * cells + cells));
     const PlyMask mask = ply.empty() ? PlyMask() : PlyMask(ply, map);
     std::vector<char> wanted(map.size());
     for (int j = 0; j < map.ny; ++j)
       for (int i = 0; i < map.nx; ++i) wanted[map.index(i, j)] = mask.on_ply(i, j);
-    for (const HumpTop& top : hump_tops(map, radius / map.spacing, wanted, kMost)) {
+    for (const HumpTop& top : hump_tops(map, cells, wanted, kMost)) {
       if (stop.now()) throw Stopped("the computation was stopped");
       const Eigen::Vector2d place = map.position(top.i, top.j);
       if (top.way && std::any_of(out.begin(), out.end(), [&](const Hump& one) { return covers(one, place); })) continue;
-      if (const auto shape = hump_shape(map, top, radius / map.spacing, angles); shape && shape->area >= kLeastArea)
+      if (const auto shape = hump_shape(map, top, cells, angles); shape && shape->area >= kLeastArea)
         out.push_back({place, shape->height, shape->area, shape->excess, map.spacing});
     }
   }

@@ -22,6 +22,6 @@ struct Hump {
 
 // Finds the humps on a ply, of radii from some 10 to 100 mm; some are found twice. Their excess is that of fibres at any
 // of the angles (degrees). Heights that are not known are NaN; an empty ply has no edge. Throws Stopped.
-std::vector<Hump> find_humps(const Grid<double>& seen, const Polygon& ply, const std::vector<double>& angles, const Stop& stop = Stop());
+std::vector<Hump> find_humps(const Grid<float>& seen, const Polygon& ply, const std::vector<double>& angles, const Stop& stop = Stop());
 
 }  // namespace debulk
