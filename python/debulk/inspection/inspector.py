@@ -201,7 +201,9 @@ class Inspector:
             reference, self._below = mold_edge.parted(reference, recipe)
         self._pose = reference.place.pose(self.mold_from_scanner)
         self.setup = Setup(reference, self.ply, self._pose, self.mask)
-        humps = in_parallel(preparation.stop, lambda: humps_of(reference.seen, self.ply, preparation.stop), recipe.run.threads)
+        humps = in_parallel(
+            preparation.stop, lambda: humps_of(reference.seen, self.ply, preparation.stop), recipe.run.threads
+        )
         with humps as found:  # these steps leave cores idle
             self._placing = preparation.step("checks", 0.9, lambda: Placing(self.setup))
             self._narrow = NarrowSearch(self.setup)

@@ -38,8 +38,3 @@ def affine(places: Floats, values: Floats) -> Floats:
     else:
         slopes = np.stack([of_x, of_y]) / max(spread, np.finfo(np.float64).tiny)
     return np.vstack([slopes, level - product(middle[None], slopes)])
-
-
-def least_squares(rows: Floats, values: Floats) -> Floats:
-    """Return the (K,) factors that fit (N, K) rows to (N,) values best, by the normal equations of few terms."""
-    return np.asarray(np.linalg.solve(product(rows.T, rows), product(rows.T, values)))

@@ -42,10 +42,9 @@ class Pieces(NamedTuple):
         return slice(max(0, top - around), bottom + around), slice(max(0, left - around), right + around)
 
     def rings(self) -> tuple[Whole, Whole]:
-        """Return the cells round all pieces of a mask whose cells touch at corners, too, piece by piece.
+        """Return the cells that touch pieces whose own cells touch at corners, too, piece by piece.
 
-        Returns:
-            (M,) number of the piece, and (M,) flat index of a cell that touches it.
+        The (M,) numbers of the pieces come first, then the (M,) flat indices of the cells.
         """
         framed = np.pad(self.labels, 1, constant_values=-1)
         width = framed.shape[1]
