@@ -174,6 +174,13 @@ def test_noise_is_averaged_whatever_half_turns_it_has_and_families_that_change_p
     turns = np.where(np.indices(seen.values.shape).sum(axis=0) % 2 == 0, 0.0, 90.0)
     with pytest.raises(InputError, match="give the same family first everywhere"):
         averaged(Grid(turns, seen.origin_mm, 5.0))
+    # So it is where the directions are too far apart to be averaged: no line follows the one family, then the other.
+    wide = Grid(mixed, seen.origin_mm, 20.0)
+    wide.values[:, 30:] += np.linspace(0, 40, 11)[None, :, None]  # a field that turns by 4 degrees from place to place
+    judged = averaged(wide).values
+    known = np.isfinite(judged).all(axis=2)
+    assert known[:, :18].mean() < 0.3 and known[:, 21:].all()
+    assert np.array_equal(judged[known], wide.values[known])
 
 
 def test_lines_go_on_across_a_gap_along_what_is_known_nearest():

@@ -81,13 +81,12 @@ def averaged(field: Grid) -> Grid:
 
     A sensor's noise is less so, and single drop-outs are no gaps. Where those directions scatter by more than 20
     degrees, as families that change places do, none is known. On a mold with a radius of 400 mm directions 10 mm apart
-    differ by less than a degree, as long as the shear is below 30 degrees.
+    differ by less than a degree, as long as the shear is below 30 degrees. Those that are given farther apart stay as
+    they are, but must agree with their neighbours, too.
 
     An `InputError` is raised if none is known anywhere.
     """
-    reach = min(int(_MEAN_MM / field.spacing_mm), max(field.values.shape))
-    if reach < 1:
-        return field
+    reach = min(max(1, int(_MEAN_MM / field.spacing_mm)), max(field.values.shape))
     known = np.isfinite(field.values).all(axis=2)
     twice = np.radians(2 * np.where(known[..., None], field.values, 0.0))
     sums, count = (
@@ -103,7 +102,12 @@ def averaged(field: Grid) -> Grid:
             "fibre_angles_deg.values: expected directions that agree with those round them within 20 degrees, but none "
             "do: give the same family first everywhere, or nominal angles (nominal_angles_deg), which tell them apart"
         )
-    near = np.where(known[..., None], field.values + _apart(mean, field.values), mean)
+    if field.spacing_mm > _MEAN_MM:
+        near, agree = field.values, agree | ~known
+        if agree.all():
+            return field
+    else:
+        near = np.where(known[..., None], field.values + _apart(mean, field.values), mean)
     return Grid(np.where(agree[..., None], near, np.nan), field.origin_mm, field.spacing_mm)
 
 
