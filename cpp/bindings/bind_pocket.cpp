@@ -9,6 +9,7 @@
 #include "debulk/pocket/humps.hpp"
 #include "debulk/pocket/outline_search.hpp"
 #include "debulk/pocket/patch.hpp"
+#include "debulk/pocket/ply_mask.hpp"
 #include "debulk/pocket/pocket_finder.hpp"
 #include "debulk/pocket/segment.hpp"
 #include "debulk/pocket/unseen.hpp"
@@ -80,6 +81,13 @@ py::array_t<bool> insides(const Array<double>& polygon, const Array<double>& at)
   const auto xy = points<2>(at, "xy_mm");
   py::array_t<bool> out(static_cast<py::ssize_t>(xy.size()));
   for (std::size_t k = 0; k < xy.size(); ++k) out.mutable_data()[k] = outline.inside(xy[k]);
+  return out;
+}
+
+py::array_t<bool> insides_on_grid(const Array<double>& polygon, const Array<double>& origin, double spacing, int nx, int ny) {
+  const PlyMask mask(points<2>(polygon, "outline_mm"), nx, ny, origin_of(origin), spacing);
+  py::array_t<bool> out({ny, nx});
+  for (int j = 0; j < ny; ++j) std::copy_n(mask.row(j), nx, out.mutable_data() + static_cast<std::ptrdiff_t>(j) * nx);
   return out;
 }
 
@@ -301,6 +309,8 @@ void bind_pocket(py::module_ m) {
     return out;
   });
   m.def("inside_polygon", &insides, py::arg("outline_mm"), py::arg("xy_mm"));
+  m.def("inside_on_grid", &insides_on_grid, py::arg("outline_mm"), py::arg("origin_mm"), py::arg("spacing_mm"), py::arg("nx"),
+        py::arg("ny"));
   m.def("distance_to_outline", &distances, py::arg("outline_mm"), py::arg("xy_mm"));
 }
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -101,7 +100,7 @@ def _places(xy_mm: ArrayLike) -> Floats:
 
 
 def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
-    """Return whether a grid's points lie inside a polygon, by even-odd crossings in each row.
+    """Return whether a grid's points lie inside a polygon, by even-odd crossings in each row, as masks of a ply do.
 
     Parameters
     ----------
@@ -115,6 +114,11 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
     NDArray[bool]
         (ny, nx).
 
+    Raises
+    ------
+    InputError
+        The outline has another shape, or a corner is not finite.
+
     Examples
     --------
     >>> square = np.array([[0.5, -0.5], [2.5, -0.5], [2.5, 1.5], [0.5, 1.5]])
@@ -122,16 +126,7 @@ def inside_outline(outline_mm: NDArray[np.float64], grid: Grid) -> NDArray[np.bo
     [[0, 1, 1, 0], [0, 1, 1, 0], [0, 0, 0, 0]]
     """
     ny, nx = grid.values.shape[:2]
-    inside = np.zeros((ny, nx), dtype=np.bool_)
-    if len(outline_mm) < 3:
-        return inside
-    a = (outline_mm - grid.origin_mm) / grid.spacing_mm  # in cells
-    b = np.roll(a, -1, axis=0)
-    first, last = math.ceil(max(0.0, a[:, 1].min())), math.floor(min(ny - 1.0, a[:, 1].max()))
-    columns = np.arange(nx)
-    for row in range(first, last + 1):
-        crossed = (a[:, 1] <= row) != (b[:, 1] <= row)
-        start, end = a[crossed], b[crossed]
-        at = start[:, 0] + (row - start[:, 1]) * (end[:, 0] - start[:, 0]) / (end[:, 1] - start[:, 1])
-        inside[row] = np.searchsorted(np.sort(at), columns) % 2 == 1
-    return inside
+    result: NDArray[np.bool_] = _core.pocket.inside_on_grid(
+        arrays.corners(outline_mm, "outline_mm"), grid.origin_mm, grid.spacing_mm, nx, ny
+    )
+    return result
