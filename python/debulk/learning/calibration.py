@@ -86,7 +86,9 @@ class Calibrated:
     why."""
     not_detected: str = ""
     undecided: int = 0
-    """Pockets with outcomes that are UNDECIDED or INVALID alone, or taken back so: each limit is as likely by them."""
+    others: int = 0
+    """`undecided`, `others`: pockets with outcomes that are UNDECIDED or INVALID alone, or taken back so: each limit is
+    as likely by them; and those of plies of another thickness or bulk factor, to which no limit carries over."""
 
     def proposed(self, recipe: Recipe) -> Recipe:
         """Return the recipe with the limit that is proposed, and with what is known of it for the probabilities.
@@ -120,7 +122,8 @@ def calibrate(
     Outcomes are those of pockets that the excess decides: of each pocket the last that a comparison measured, or the
     last that somebody said (`History.add_outcome`), whichever is later and CEASE or CREASE. What is UNDECIDED or
     INVALID is none, and is counted. Pockets may be chosen by their ridges, for example because those above the limit
-    are reworked: the model is of the outcome given the ridge.
+    are reworked: the model is of the outcome given the ridge. A limit does not carry over to another thickness or bulk
+    factor, so outcomes of such plies do not count.
 
     Parameters
     ----------
@@ -144,13 +147,13 @@ def calibrate(
     """
     if not 0 < wanted_mm < 1:
         raise InputError(f"wanted_mm: expected a width between 0 and 1 mm, got {wanted_mm!r}")
-    read = _read(history)
+    read = _read(history, {"thickness_mm": thickness_mm, "bulk_factor": bulk_factor})
     known = read.outcomes
     creased = int(known.creased.sum())
     if len(known) < _LEAST or creased in (0, len(known)):
         raise InputError(
             f"{history.path}: expected at least {_LEAST} outcomes of pockets that their excess decided, some creased "
-            f"and some not, but got {creased} creased of {len(known)}{also(read.undecided)}: "
+            f"and some not, but got {creased} creased of {len(known)}{also(read.undecided, read.others)}: "
             "run debulk compare --history, or debulk history outcome"
         )
     costs = costs or Costs()
@@ -167,6 +170,7 @@ def calibrate(
         known, found, costs, limit, present_mm, excess_of_ridge(limit, thickness_mm),
         validated(known, costs, present_mm, prior), wanted_mm, max(0, math.ceil(lacking / best)),
         max(0, math.ceil(lacking / usual)) if usual > 0 else None, best_mm, ask, detected, why, read.undecided,
+        read.others,
     )  # fmt: skip
 
 
@@ -225,12 +229,20 @@ class _Known:
     open: list[tuple[int, int, float]]
     """(record, pocket, ridge in mm) of those whose outcome is not known."""
     undecided: int
-    """Number of those of which no outcome decided."""
+    others: int
+    """`undecided`, `others`: number of those of which no outcome decided, and of outcomes of other plies."""
 
 
-def _read(history: History) -> _Known:
+def _read(history: History, ply: dict[str, float]) -> _Known:
     with connected(history.path) as connection:
-        rows = connection.execute(_QUERY).fetchall()
+        every = connection.execute(_QUERY).fetchall()
+        recipes = connection.execute(
+            "SELECT recipe, max(record) FROM layup WHERE recipe <> '' GROUP BY recipe"
+        ).fetchall()
+        of = dict(connection.execute("SELECT record, recipe FROM layup").fetchall())
+    materials = {recipe: history.report(record).recipe.get("material", {}) for recipe, record in recipes}
+    foreign = {recipe for recipe, made in materials.items() if any(made.get(k, v) != v for k, v in ply.items())}
+    rows = [row for row in every if of.get(row[0]) not in foreign]
     known = [row for row in rows if row[5] in ("CEASE", "CREASE")]
     unknown = [row for row in rows if row[5] not in ("CEASE", "CREASE")]
     outcomes = Outcomes(
@@ -246,12 +258,14 @@ def _read(history: History) -> _Known:
         np.array([row[2] for row in rows], dtype=np.float64),
         [row[:3] for row in unknown],
         sum(row[5] is not None for row in unknown),
+        sum(row[5] is not None and of.get(row[0]) in foreign for row in every),
     )
 
 
-def also(undecided: int) -> str:
-    """Return how many outcomes decided nothing, to go on with."""
-    return f", and {undecided} that are UNDECIDED or INVALID" if undecided else ""
+def also(undecided: int, others: int) -> str:
+    """Return how many outcomes decided nothing, and how many are of other plies, to go on with."""
+    open_ones = f", and {undecided} that are UNDECIDED or INVALID" if undecided else ""
+    return open_ones + (f", and {others} of plies of another thickness or bulk factor" if others else "")
 
 
 def _detection(sizes: NDArray[np.float64], hits: NDArray[np.bool_]) -> tuple[Pod | None, str]:

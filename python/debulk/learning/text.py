@@ -18,7 +18,7 @@ def text(found: Calibrated) -> str:
     if not found.limit_mm:
         limit = "no limit, as by these outcomes no ridge is worth passing"
     lines = [
-        f"{len(found.outcomes)} outcomes, {creased} of them creased{also(found.undecided)}",
+        f"{len(found.outcomes)} outcomes, {creased} of them creased{also(found.undecided, found.others)}",
         f"half of all pockets crease at a ridge of {found.posterior.limit_mm:.3f} mm (95 % interval {low:.3f} to "
         f"{high:.3f} mm); from pocket to pocket the limit spreads by {found.posterior.spread_mm:.3f} mm "
         f"({first:.3f} to {last:.3f})",
@@ -50,6 +50,7 @@ def as_json(found: Calibrated) -> str:
         "outcomes": len(found.outcomes),
         "creased": int(found.outcomes.creased.sum()),
         "undecided": found.undecided,
+        "others": found.others,
         "limit_mm": found.posterior.limit_mm,
         "limit_sd_mm": found.posterior.limit_sd_mm,
         "limit_interval_mm": found.posterior.interval_mm(),

@@ -190,6 +190,11 @@ def test_clouds_in_inches_or_centimetres_never_pass():
         except InputError:
             continue
         assert report.verdict is Verdict.INVALID
+    # In lists of points with an outline none of the ply is left, 10 mm inside it, to measure a distance of points from.
+    small = [g.in_mold(c).reshape(-1, 3) / 50 for c in (g.reference, g.scan)]
+    report = Inspector(None, small[0], g.ply_outline / 50).inspect(small[1])
+    assert report.verdict is Verdict.INVALID
+    assert not any("apart" in one.why for one in report.left_out)
 
 
 @functools.cache

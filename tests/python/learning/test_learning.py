@@ -281,6 +281,32 @@ def test_too_few_or_equal_outcomes_are_refused(tmp_path, report):
         calibrate(there)
 
 
+def test_outcomes_of_plies_of_another_thickness_do_not_count(tmp_path, report):
+    """No limit carries over: a ridge is half an excess and 0.43 thicknesses. Ten outcomes of each of three plies."""
+    there = History(tmp_path / "c.sqlite")
+    for k, changed in enumerate(({}, {"thickness_mm": 0.2}, {"bulk_factor": 1.1})):
+        material = {**report.recipe["material"], **changed}
+        record = there.add(report.changed(recipe={**report.recipe, "material": material}))
+        with connected(there.path, write=True) as connection:
+            for pocket in range(101, 111):
+                measured, ridge = ("CREASE", 0.7 - 0.1 * k) if pocket % 2 else ("CEASE", 0.6 - 0.1 * k)
+                row = (record, pocket, ridge, ridge, ridge)
+                connection.execute(
+                    "INSERT INTO pocket VALUES (?, ?, 'CEASE', 'excess', 0, 0, 9, 5, ?, ?, ?, 0.004, 0)", row
+                )
+                row = (record, record, pocket, measured, ridge)
+                connection.execute("INSERT INTO outcome VALUES (?, ?, ?, 'scan', 'CEASE', ?, ?, 0.5, 1)", row)
+    thick, thin, denser = calibrate(there), calibrate(there, thickness_mm=0.2), calibrate(there, bulk_factor=1.1)
+    assert [(len(one.outcomes), one.others) for one in (thick, thin, denser)] == [(10, 20)] * 3
+    ridges = [sorted(set(one.outcomes.ridge_mm.round(3).tolist())) for one in (thick, thin, denser)]
+    assert ridges == [[0.6, 0.7], [0.5, 0.6], [0.4, 0.5]]
+    said = "and 20 of plies of another thickness or bulk factor"
+    assert text(thin).startswith(f"10 outcomes, 5 of them creased, {said}")
+    assert json.loads(as_json(thin))["others"] == 20
+    with pytest.raises(InputError, match="got 0 creased of 0, and 30 of plies of another thickness or bulk factor"):
+        calibrate(there, thickness_mm=0.5)
+
+
 def test_the_command_proposes_and_changes_nothing(history, tmp_path):
     before = history.path.read_bytes()
     (tmp_path / "cell.toml").write_text("[net]\nnode_target = 60\n")

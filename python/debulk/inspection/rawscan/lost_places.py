@@ -130,7 +130,7 @@ def _between(heights: Grid, xy_mm: Floats) -> Floats:
 def left_out(places: Sequence[Lost], standing: Standing, found: Found) -> tuple[LeftOut, ...]:
     """Name the bumps on which no net could be laid, and what was not seen, or not looked for."""
     if not np.isfinite(standing.sample_mm):
-        if found.part is None:
+        if found.part is None or not np.isfinite(found.pitch_mm):
             return standing.left_out
         heights_mm = max(found.pitch_mm, float(found.part[0].heights.spacing_mm))
         wide_mm = _LOST_CELLS * heights_mm
