@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from codecs import BOM_UTF8
+from typing import NoReturn
 
 from debulk.files.source import Source
 
@@ -81,7 +82,7 @@ def check_kind(source: Source, extension: str) -> None:
     if kind == extension:
         return
     if kind:
-        source.fail(0, f"the file holds {kind} data", f"rename it to end in {kind}")
+        _refuse_name(source, kind, head)
     _refuse_other(source, head)
     if extension not in (*TEXT, ".ptx"):
         source.fail(0, f"the file does not start like {extension} data")
@@ -92,13 +93,19 @@ def refuse_ending(source: Source, extension: str, known: str) -> None:
     head = _head(source)
     kind = _cloud(head)
     if kind and extension not in _BY_ENDING:
-        source.fail(0, f"the file holds {kind} data", f"rename it to end in {kind}")
+        _refuse_name(source, kind, head)
     _refuse_other(source, head)
     if extension in _BY_ENDING:
         what, remedy = _BY_ENDING[extension]
         source.fail(0, f"by its ending the file holds {what}, which debulk does not read", remedy)
     got = extension or "no ending"
     source.fail(0, f"expected a file ending in {known}, got {got!r}", "export it as one of these")
+
+
+def _refuse_name(source: Source, kind: str, head: bytes) -> NoReturn:
+    if kind == ".npz" and b".npy" not in head:
+        source.fail(0, "the file holds a ZIP archive, as .xlsx and .ods are", "save its table as .csv, or unpack it first")
+    source.fail(0, f"the file holds {kind} data", f"rename it to end in {kind}")
 
 
 def _head(source: Source) -> bytes:

@@ -217,6 +217,7 @@ def test_far_text_that_only_the_other_reader_knows(tmp_path):
         ("a.tif", b"II*\0\x08\0\0\0", "a TIFF picture, perhaps of heights; write points"),
         ("a.om3", b"\x01\x02\x03\x04", "an object model of HALCON"),
         ("a.3mf", b"PK\x03\x04", "3MF data"),
+        ("a.xlsx", b"PK\x03\x04" + bytes(26) + b"[Content_Types].xml", "a ZIP archive, as .xlsx and .ods are"),
         ("a", made.ply(POINTS), "holds .ply data; rename it to end in .ply"),
         ("a.PCD2", made.pcd(b""), "rename it to end in .pcd"),
     ],
