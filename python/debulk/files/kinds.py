@@ -104,7 +104,9 @@ def refuse_ending(source: Source, extension: str, known: str) -> None:
 
 def _refuse_name(source: Source, kind: str, head: bytes) -> NoReturn:
     if kind == ".npz" and b".npy" not in head:
-        source.fail(0, "the file holds a ZIP archive, as .xlsx and .ods are", "save its table as .csv, or unpack it first")
+        source.fail(
+            0, "the file holds a ZIP archive, as .xlsx and .ods are", "save its table as .csv, or unpack it first"
+        )
     source.fail(0, f"the file holds {kind} data", f"rename it to end in {kind}")
 
 
