@@ -39,9 +39,13 @@ CellMarks cell_marks(const Marks& given) {
 
 MadeLimits made_limits(const py::object& given) {
   const auto limit = [&given](const char* name) { return given.attr(name).cast<double>(); };
-  return {limit("quiet"),    limit("wild"),        limit("copied_share"),
-          limit("least_mm"), limit("made_copied"), limit("made_quiet"),
-          limit("rarest"),   limit("least_share"), given.attr("window_cells").cast<int>()};
+  return {limit("quiet"),
+          limit("wild"),
+          limit("least_mm"),
+          limit("made"),
+          limit("rarest"),
+          limit("least_share"),
+          given.attr("window_cells").cast<int>()};
 }
 
 }  // namespace

@@ -182,7 +182,7 @@ class Search {
 
   // Whether the median over the ply of the share of copies in the window around is above the limit.
   bool copies_are_common() const {
-    const auto limit = static_cast<float>(limits_.copied_share);
+    const auto limit = static_cast<float>(limits_.rarest);
     struct Part {
       long above = 0, all = 0;
       float below = 0, next = std::numeric_limits<float>::infinity();  // the shares nearest to the limit
@@ -248,10 +248,10 @@ class Search {
     };
     const double natural_odd = natural(odds), natural_quiet = natural(quiets);
     const auto odds_of = [](double of_made, double of_all) { return static_cast<float>(std::log(of_made / of_all)); };
-    const float of_rest = odds_of(1 - (limits_.made_copied + limits_.made_quiet), 1 - (natural_odd + natural_quiet));
+    const float of_rest = odds_of(1 - 2 * limits_.made, 1 - (natural_odd + natural_quiet));
     const auto weight = [of_rest](float of) { return static_cast<double>(of_rest + (of - of_rest)); };
     const double enough = limits_.least_share * limits_.window_cells * limits_.window_cells;
-    const Weights weights{of_rest, weight(odds_of(limits_.made_quiet, natural_quiet)), weight(odds_of(limits_.made_copied, natural_odd)),
+    const Weights weights{of_rest, weight(odds_of(limits_.made, natural_quiet)), weight(odds_of(limits_.made, natural_odd)),
                           static_cast<int>(std::ceil(enough))};
     windows([&](std::size_t first, const std::uint32_t* sums) {
       judge_row(sums, asked_.on_ply + first, weights, asked_.columns, out.made.data() + first);

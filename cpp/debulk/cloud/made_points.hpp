@@ -17,7 +17,7 @@ struct AskedPoints {
 
 // As `Limits` of inspection/rawscan/vouched.py, where each has its source.
 struct MadeLimits {
-  double quiet, wild, copied_share, least_mm, made_copied, made_quiet, rarest, least_share;
+  double quiet, wild, least_mm, made, rarest, least_share;
   int window_cells;
 };
 

@@ -62,6 +62,7 @@ __all__ = ["Cancelled", "Inspector", "Progress"]
 
 log = logging.getLogger("debulk")
 log.addHandler(logging.NullHandler())
+_Raw = tuple[CloudImage | None, Filled, Standing, Recognised | None]
 _FOUND = 0.45  # share of the work that is done once the pockets are found, as reported to the progress function
 
 
@@ -381,25 +382,18 @@ class Inspector:
     def _image(self, points: NDArray[np.float32], sample: Sample) -> CloudImage | None:
         return ply_image(points, sample.pitch_mm, self.setup, self._placing.zones.box_mm)
 
-    def _search_raw(
-        self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop
-    ) -> tuple[CloudImage | None, Filled, Standing, Recognised | None]:
+    def _search_raw(self, points: NDArray[np.float32], sample: Sample, stop: _core.Stop) -> _Raw:
         """Look in the raw image for filled-in patches, what filters would hide, and the chain's signature."""
         image = self._image(points, sample)
-        filled = self._filled.find(image, stop)
-        standing = self._narrow.find(image, stop)
-        return (
-            image,
-            filled,
-            standing,
-            None if self._recogniser is None else self._recogniser.look(points, sample, image),
-        )
+        filled, standing = self._filled.find(image, stop), self._narrow.find(image, stop)
+        recognised = None if self._recogniser is None else self._recogniser.look(points, sample, image)
+        return image, filled, standing, recognised
 
     def _judge(
         self,
         points: NDArray[np.float32],
         sample: Sample,
-        searched: Callable[[], tuple[CloudImage | None, Filled, Standing, Recognised | None]],
+        searched: Callable[[], _Raw],
         lying: _Lying,
         cycle: Cycle,
     ) -> Report:

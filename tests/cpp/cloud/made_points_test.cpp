@@ -12,7 +12,7 @@ namespace {
 
 using namespace testing;
 
-constexpr MadeLimits limits{0.25, 30.0, 0.02, 1e-3, 0.35, 0.35, 0.02, 0.3, 7};
+constexpr MadeLimits limits{0.25, 30.0, 1e-3, 0.35, 0.02, 0.3, 7};
 
 // Differences of normal noise, some of them not seen, and marks of copies and of the ply.
 struct Asked {

@@ -20,7 +20,6 @@ from debulk.words import Place, in_cm2, in_mm, xy_of
 
 _TURN_BACK = "lay the ply anew, or give the nominal directions of this ply"
 _COVER = "give angles that cover the whole ply, or nominal ones (nominal_angles_deg) that fill the gaps"
-_SHOWN = 0.5  # least share of an excess that two lines at right angles show, whichever way the fibres run
 
 
 def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
@@ -55,7 +54,7 @@ def findings(runs: ScanRuns | None, ply: PlyOnMold) -> Iterator[Finding]:
 
 def _too_long(runs: FibreRuns, gaps: Grid, ply: PlyOnMold) -> Iterator[Finding]:
     """Yield INVALID for the longest fibre over a gap, if it may make a ridge above the limit."""
-    longest_mm = excess.most_mm(runs) / _SHOWN
+    longest_mm = 2 * excess.most_mm(runs)  # two lines at right angles show half of an excess, however fibres run
     near = replace(gaps, values=grown(gaps.values))
     for n, ridge_mm in excess.above_limit(longest_mm, ply.recipe):
         if not _over(runs, n, near):

@@ -15,7 +15,7 @@ from debulk.inspection.evidence import two_layers
 from debulk.inspection.holes import unseen
 from debulk.inspection.place import level, mold_edge, plateaus, ply_edge, steep
 from debulk.inspection.ply import excess, humps
-from debulk.inspection.rawscan import edge_spread, filled, lost_places, narrow, rounded, shared_noise, vouched
+from debulk.inspection.rawscan import edge_spread, lost_places, narrow, rounded, shared_noise, vouched
 from debulk.inspection.reference import resolution
 from debulk.results.finding import Finding
 
@@ -63,7 +63,7 @@ CHECKS = (
     Check(
         "filled",
         lambda seen: [*vouched.findings(seen.filled.made, seen.found, seen.ply.recipe), *seen.filled.late],
-        (filled.LIMITS, vouched.LIMITS, rounded.LIMITS),
+        (vouched.LIMITS, rounded.LIMITS),
     ),
     Check(
         "smoothed",

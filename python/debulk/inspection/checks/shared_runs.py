@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from debulk.inspection.find.found import FoundPocket, runs_over
+from debulk.inspection.lines.places import MARGIN_MM
 from debulk.inspection.ply import excess
 from debulk.inspection.ply.fibre_runs import ScanRuns, draw_length
 from debulk.inspection.ply.ply_on_mold import PlyOnMold
@@ -20,9 +21,6 @@ from debulk.results.number import HIGHEST_MM
 from debulk.results.report import PocketReport
 from debulk.verdict import Verdict
 from debulk.words import in_mm, xy_of
-
-_NAMED = 3  # so many pockets and bumps at most are named in a reason
-_APART_MM = 60.0  # of two runs that no pocket covers, only the worse one is named_mm if they are nearer than this
 
 
 def named(reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], ply: PlyOnMold) -> tuple[PocketReport, ...]:
@@ -38,7 +36,7 @@ def named(reports: Sequence[PocketReport], pockets: Sequence[FoundPocket], ply: 
         worst = int(one.crossing[np.argmax(excess.most_mm(runs))])
         same = [f"pocket {other.number}" for other in pockets if other is not one and worst in other.crossing]
         same += _bumps_on(worst, one, pockets)
-        with_them = f" and {_listed(same)}" if same else ""
+        with_them = "".join(f" and {name}" for name in same)
         length_mm = float(runs.high_mm.max())
         out.append(replace(p, reason=_reason(f"it{with_them}", length_mm, known.range_mm[1], ply), decided_by=""))
     return tuple(out)
@@ -67,8 +65,8 @@ def findings(runs: ScanRuns | None, pockets: Sequence[FoundPocket], ply: PlyOnMo
     named_mm = np.zeros((0, 2))
     for k, ridge_mm in excess.above_limit(excess.most_mm(every)[left], ply.recipe):
         n = left[k]
-        if (np.linalg.norm(named_mm - every.top_mm[n], axis=1) < _APART_MM).any():
-            continue
+        if (np.linalg.norm(named_mm - every.top_mm[n], axis=1) < MARGIN_MM).any():
+            continue  # only the worse of two runs so near is named
         named_mm = np.vstack([named_mm, every.top_mm[n]])
         where = f"the ply from {in_mm(every.from_mm[n], every.to_mm[n])}, where no pocket is,"
         reason = _reason(where, float(every.high_mm[n]), ridge_mm, ply)
@@ -86,9 +84,3 @@ def _reason(over: str, length_mm: float, ridge_mm: float, ply: PlyOnMold) -> str
         f"{longer}, above the limit of {limit_mm:.2f} mm, if one fold draws it all together; only more than "
         f"{draw_mm:.3g} mm of flat ply in between would hold it apart by friction"
     )
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Name the first few, and count the others."""
-    more = [f"{len(names) - _NAMED} more"] if len(names) > _NAMED else []
-    return " and ".join([*names[:_NAMED], *more])

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from debulk import _core
 from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.clouds.enough import POINTS
 
-_POINTS = 30_000  # about 30 in a square of 40 mm on a ply of a square metre
 _CELLS_MM = (10.0, 20.0, 40.0, 80.0)  # sides of the cells that are tried
 _MANY = 20  # cells per point in the box of the points, up to which cells are counted by marks
 _CROWD = 6  # points per filled cell: with so many, hardly a cell of the surface is empty
@@ -47,7 +47,7 @@ def thinned(points: NDArray[np.float32], mask: NDArray[np.bool_] | None = None) 
 @functools.lru_cache(maxsize=4)
 def _places(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], int]:
     """Return the flat indices of one point in each tile, and the number of points in a tile."""
-    step = max(1, int((np.prod(shape) / _POINTS) ** (1 / len(shape))))
+    step = max(1, int((np.prod(shape) / POINTS) ** (1 / len(shape))))
     tiles = np.meshgrid(*(np.arange(max(1, n // step)) for n in shape), indexing="ij")
     inside = np.random.default_rng(0).integers(0, step, (len(shape), tiles[0].size))
     at = [np.minimum(tile.ravel() * step + jitter, n - 1) for tile, jitter, n in zip(tiles, inside, shape, strict=True)]

@@ -21,7 +21,6 @@ from debulk.results.finding import unexpected
 from debulk.results.half_seen import or_undecided
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.ridge import RidgeGeometry
-from debulk.words import pocket_names
 
 log = logging.getLogger("debulk")
 
@@ -101,9 +100,8 @@ class _ClosedRim:
 
     def _decided(self, decided: ByRuns) -> Evaluation:
         """Report what the fibre lines decide."""
-        judged = _with_joined(decided.judged, self.found)
         report = replace(
-            not_evaluated(self.seen, judged).report,
+            not_evaluated(self.seen, decided.judged).report,
             excess=decided.excess,
             bridge_section=decided.bridge.section,
             **self.watch.figures(),
@@ -137,9 +135,8 @@ class _ClosedRim:
         by_paper = laid.judge(settled.solution, settled.every, deadline_passed=late, criterion="paper")
         with self.watch.step("solve"):
             ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, self._timed(laid), self.stop)
-        by_rule = _with_joined(ends.judged, self.found)
         report = replace(
-            not_evaluated(self.seen, by_rule).report,
+            not_evaluated(self.seen, ends.judged).report,
             paper_verdict=by_paper.verdict,
             excess=known,
             ridges=() if known is None else self._ridges(laid, known),
@@ -166,7 +163,7 @@ class _ClosedRim:
     def _settled(self, laid: LaidPocket, *, for_the_picture: bool = False) -> tuple[starts.Settled, bool]:
         """Minimise the energy; return the minima, and whether a deadline cut them off."""
         by_strings = laid.recipe.verdict.criterion == "excess"  # they decide on bridges, in place of the net's
-        judged_as = laid.without_bridge if by_strings else starts.as_they_are
+        judged_as = laid.without_bridge if by_strings else None
         given = laid.sheet, laid.recipe, self._timed(laid), self.stop
         with self.watch.step("solve"):
             settled = starts.settle(*given, judged_as=judged_as, for_the_picture=for_the_picture)
@@ -176,11 +173,3 @@ class _ClosedRim:
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
     judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
     return replace(not_evaluated(seen, judged), late="net and minimum")
-
-
-def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judgement:
-    """Name the pockets that are judged with this one."""
-    if not found.joined:
-        return judged
-    others = pocket_names(found.joined)
-    return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")

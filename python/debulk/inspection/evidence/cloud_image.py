@@ -10,23 +10,20 @@ from numpy.typing import NDArray
 
 from debulk import cloud
 from debulk.arrays import Cloud, Floats
+from debulk.inspection.clouds.enough import FEW, POINTS, SEEN
 from debulk.inspection.clouds.thinning import complete
 from debulk.surface import Reference
 
 SAMPLE_MM = 1.0  # a denser image is read in steps of about this
-SEEN = 0.75  # of the pixels of a window, at least: with fewer, what it shows is that of its gaps
 # A pixel's side over the pitch of the points: of points that lie at random, 92 % of such pixels hold at least one.
 _SIDE = 1.6
 _MOST_PIXELS = 8_000_000  # a denser list is laid out more coarsely
 _ROWS = 60  # from which the step of the depths is read
 _LEVELS = 5  # of depths, from which on they show a step
-_FEWEST = 60  # points of a list of which lines are looked for
 _GAP = 2.0  # times the pitch: points of a list that lie farther apart are no neighbours
-_IN_LINES = 0.8  # share of a list's points whose neighbours along and across its lines are neighbours on the ply
 _BACK = 8.0  # pixels: where a list goes back by more, a line begins; a pixel that flies lies beside its place by fewer
 _OUTSIDE, _BEYOND = 1e-3, 0.1  # share of its points that may lie off the lines at either end, and by how much of them
 _SPARSE = 4.0  # pixels per point of an image that was one
-_TRIED = 20_000  # of a list's points, from which it shows whether it came line by line
 ROUNDING = 4.0  # times a float32's resolution: smaller steps of depths are its own
 _AROUND = 5  # pixels along the side of the window from which a pixel's slope is read
 
@@ -78,14 +75,14 @@ def in_lines(scan: Cloud, pitch_mm: float) -> CloudImage | None:
 
     Software that exports an image as a list writes row after row, mostly without the pixels that were not seen.
     """
-    if len(scan) < _FEWEST or not np.isfinite(pitch_mm):
+    if len(scan) < FEW or not np.isfinite(pitch_mm):
         return None
-    first = np.arange(0, len(scan) - 1, max(1, len(scan) // _TRIED))
+    first = np.arange(0, len(scan) - 1, max(1, len(scan) // POINTS))
     with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite or far off have no neighbours
         steps = (scan[first + 1, :2] - scan[first, :2]).astype(np.float64)
         apart = np.hypot(*steps.T)
     beside = steps[apart < _GAP * pitch_mm]
-    if len(beside) < _IN_LINES * len(first):
+    if len(beside) < SEEN * len(first):
         return None
     along = np.median(beside, axis=0)
     wide_mm = float(np.hypot(*along))
@@ -108,7 +105,7 @@ def in_lines(scan: Cloud, pitch_mm: float) -> CloudImage | None:
     points[row, column] = scan
     with np.errstate(over="ignore"):
         across = np.hypot(*np.moveaxis(points[1:, :, :2] - points[:-1, :, :2], -1, 0))
-    if np.count_nonzero(across < _GAP * max(pitch_mm, pitch_mm**2 / wide_mm)) < _IN_LINES * len(scan):
+    if np.count_nonzero(across < _GAP * max(pitch_mm, pitch_mm**2 / wide_mm)) < SEEN * len(scan):
         return None
     return CloudImage(points, points, pitch_mm)
 

@@ -9,12 +9,12 @@ import numpy as np
 from debulk import pocket, rings
 from debulk.arrays import Floats
 from debulk.grid import Grid
+from debulk.inspection.clouds.enough import PLACES
 from debulk.inspection.evidence.pieces import grown
 
 STRETCH_MM = 40.0  # length of a stretch along the outline, and the strips' reach to each side of it
-_STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline
-_ACROSS = 100  # places across a cut-out at which it is looked at, at most
-BESIDE_MM = 2 * _STRIP_MM  # of an edge: so near a scan may have points between both levels, and show it from the side
+STRIP_MM = 4.0  # width of a strip, and distance of the places along the outline and on the ply
+BESIDE_MM = 2 * STRIP_MM  # of an edge: so near a scan may have points between both levels, and show it from the side
 PAST_MIDDLE = 0.55  # of the height of an edge: just beyond the half that its middle has in a blurred scan
 
 
@@ -37,19 +37,19 @@ class Outline:
         lengths = np.linalg.norm(ends - corners_mm, axis=1)
         along_mm = np.concatenate([[0.0], np.cumsum(lengths)])
         count = max(3, round(along_mm[-1] / STRETCH_MM))
-        steps = max(2, round(along_mm[-1] / count / _STRIP_MM))
+        steps = max(2, round(along_mm[-1] / count / STRIP_MM))
         at = (np.arange(count * steps) + 0.5) / (count * steps) * along_mm[-1]
         side = np.clip(np.searchsorted(along_mm, at, side="right") - 1, 0, len(corners_mm) - 1)
         share = ((at - along_mm[side]) / lengths[side])[:, None]
         points = corners_mm[side] + share * (ends - corners_mm)[side]
         # Normals are taken over some 16 mm: the short sides of a noisy outline have no useful normals of their own.
-        reach = max(1, round(0.25 * STRETCH_MM / _STRIP_MM))
+        reach = max(1, round(0.25 * STRETCH_MM / STRIP_MM))
         along = np.roll(points, -reach, axis=0) - np.roll(points, reach, axis=0)
         normal = np.stack([along[:, 1], -along[:, 0]], axis=1)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
         if pocket.polygon_area(outline_mm) < 0:
             normal = -normal
-        self.offsets_mm = np.arange(-STRETCH_MM + 0.5 * _STRIP_MM, STRETCH_MM, _STRIP_MM)
+        self.offsets_mm = np.arange(-STRETCH_MM + 0.5 * STRIP_MM, STRETCH_MM, STRIP_MM)
         xy = points[:, None, :] + self.offsets_mm[None, :, None] * normal[:, None, :]
         # At corners a strip's points may lie on the other side of another stretch; these are not used.
         inside = pocket.inside(outline_mm, xy.reshape(-1, 2)).reshape(xy.shape[:2])
@@ -74,7 +74,7 @@ class Outline:
         if not self._cut_out:
             return np.empty(0)
         low, high = self._corners.min(axis=0), self._corners.max(axis=0)
-        step = max(heights.spacing_mm, float(np.max(high - low)) / _ACROSS)
+        step = max(heights.spacing_mm, float(np.max(high - low)) / PLACES)
         xy = np.stack(np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low, high, strict=True))), axis=-1)
         xy = xy[pocket.inside(self._corners, xy.reshape(-1, 2)).reshape(xy.shape[:2])]
         off = pocket.distance_to_outline(self._corners, xy)
@@ -99,7 +99,7 @@ class Outline:
         `off_mm`, the result is NaN: a blurred scan stands up there, too.
         """
         out = np.where(self._own, np.nan_to_num(missed_mm(self._xy.reshape(-1, 2)).reshape(self._own.shape)), 0.0)
-        return np.where(grown(np.abs(out) > off_mm, round(BESIDE_MM / _STRIP_MM)), np.nan, out)
+        return np.where(grown(np.abs(out) > off_mm, round(BESIDE_MM / STRIP_MM)), np.nan, out)
 
 
 def outlines_of(ply_outline: Floats, bare_mm: Callable[[Floats], Floats]) -> list[Outline]:

@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 from debulk import pocket
 from debulk.arrays import Bools, Floats
 from debulk.grid import Grid
+from debulk.inspection.clouds.enough import FEW, PLACES
 from debulk.inspection.evidence.medians import error
+from debulk.inspection.evidence.outline import STRETCH_MM, STRIP_MM
 from debulk.inspection.evidence.sample import Sample
 from debulk.words import Place, xy_of
 
-SIDES_MM = (40.0, 20.0, 10.0)  # sides of the squares: the largest that gives enough squares for a fit is taken
-_ENOUGH = 24  # squares
+SIDES_MM = tuple(STRETCH_MM / k for k in (1, 2, 4))  # of the squares: the largest that gives enough for a fit is taken
 INSET_MM = 10.0  # from the outline: nearer to its edge, the ply is not seen from above alone
-_CELL_MM = 4.0  # of the grid that stores where the ply is
 LEAST_POINTS = 9  # in a square: their median is uncertain by 0.4 of their noise
 _LEAST_SHARE = 0.6  # of a square's points: if pockets cover more, the ply there has not come down to the mold yet
-_CORNERS = 100  # so many corners of an outline are enough to leave out what lies inside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,24 +50,24 @@ class PlyZones:
         if ply_outline is not None:
             low_mm, high_mm = np.maximum(low_mm, ply_outline.min(axis=0)), np.minimum(high_mm, ply_outline.max(axis=0))
         self.box_mm = np.stack([low_mm, high_mm])
-        size = np.maximum(high_mm - low_mm, _CELL_MM)
-        nx, ny = np.ceil(size / _CELL_MM).astype(int) + 1
-        x, y = low_mm[0] + _CELL_MM * np.arange(nx), low_mm[1] + _CELL_MM * np.arange(ny)
+        size = np.maximum(high_mm - low_mm, STRIP_MM)
+        nx, ny = np.ceil(size / STRIP_MM).astype(int) + 1
+        x, y = low_mm[0] + STRIP_MM * np.arange(nx), low_mm[1] + STRIP_MM * np.arange(ny)
         xy = np.stack(np.meshgrid(np.minimum(x, high_mm[0]), np.minimum(y, high_mm[1])), axis=-1).reshape(-1, 2)
         on = np.ones(len(xy), dtype=np.bool_)
         if ply_outline is not None:
             on = pocket.inside(ply_outline, xy)
             on[on] = pocket.distance_to_outline(ply_outline, xy[on]) > INSET_MM
-        self._low, self.on = low_mm, Grid(on.reshape(ny, nx), low_mm, _CELL_MM)  # `on`: as `hold` says it
+        self._low, self.on = low_mm, Grid(on.reshape(ny, nx), low_mm, STRIP_MM)  # `on`: as `hold` says it
         self.area_mm2 = float(size[0] * size[1]) if ply_outline is None else abs(pocket.polygon_area(ply_outline))
-        self.inner_mm2 = float(np.count_nonzero(on)) * _CELL_MM**2
-        self.side_mm = next((s for s in SIDES_MM if self.inner_mm2 >= _ENOUGH * s * s), SIDES_MM[-1])
-        self._across = int((size[0] + _CELL_MM) / self.side_mm) + 1
+        self.inner_mm2 = float(np.count_nonzero(on)) * STRIP_MM**2
+        self.side_mm = next((s for s in SIDES_MM if self.inner_mm2 >= FEW * s * s), SIDES_MM[-1])
+        self._across = int((size[0] + STRIP_MM) / self.side_mm) + 1
         # One spare row of squares: `inside` rounds to cells, which reach past the last square by half a cell.
-        squares = self._across * (int((high_mm[1] - low_mm[1] + _CELL_MM) / self.side_mm) + 2)
+        squares = self._across * (int((high_mm[1] - low_mm[1] + STRIP_MM) / self.side_mm) + 2)
         block = self._block_of(xy[on])
         self._block_cells = np.bincount(block, minlength=squares)
-        self.squares = int(np.count_nonzero(self._block_cells * _CELL_MM**2 >= _LEAST_SHARE * self.side_mm**2))
+        self.squares = int(np.count_nonzero(self._block_cells * STRIP_MM**2 >= _LEAST_SHARE * self.side_mm**2))
 
     def inside(self, sample: Sample) -> Bools:
         """Return which points of a sample have a height and lie on the ply, well inside its outline."""
@@ -103,7 +102,7 @@ class PlyZones:
             height_mm=medians,
             error_mm=error(quartiles, count),
             side_mm=self.side_mm,
-            ply_share=min(1.0, float(cells) * _CELL_MM**2 / self.area_mm2),
+            ply_share=min(1.0, float(cells) * STRIP_MM**2 / self.area_mm2),
         )
 
     def most_marked(self, sample: Sample, least: int) -> tuple[float, Place]:
@@ -140,7 +139,7 @@ def off_pockets(points_mm: Floats, outlines_mm: Sequence[Floats]) -> Bools:
     off = np.ones(len(points_mm), dtype=np.bool_)
     x, y = points_mm[:, 0], points_mm[:, 1]
     for corners in outlines_mm:
-        outline = corners[:: max(1, len(corners) // _CORNERS)]
+        outline = corners[:: max(1, len(corners) // PLACES)]
         (left, low), (right, high) = outline.min(axis=0), outline.max(axis=0)
         near = np.flatnonzero((x >= left) & (x <= right) & (y >= low) & (y <= high))
         if len(near):

@@ -10,12 +10,11 @@ from numpy.typing import ArrayLike
 from debulk import _core, cloud
 from debulk.arrays import Bools, Cloud, Floats
 from debulk.grid import Grid
+from debulk.inspection.clouds.enough import POINTS
 from debulk.inspection.clouds.thinning import complete, thinned
 from debulk.inspection.clouds.unseen_marks import refuse_marks
 from debulk.inspection.evidence.cloud_image import step_of
 from debulk.inspection.ply.ply_on_mold import Setup
-
-_FEW = 10_000  # coordinates: an array with fewer may not be a cloud, and is checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +57,7 @@ class Sample:
 def sampled(scan: ArrayLike, setup: Setup) -> Sample:
     """Take a sample of a scan."""
     whole = cloud.as_cloud(scan, "scan")
-    if whole.size < _FEW:
+    if whole.size < POINTS:  # it may be no cloud
         cloud.checked(whole, "scan")
     points, each = thinned(whole, setup.mask)
     seen = complete(np.isfinite(points))

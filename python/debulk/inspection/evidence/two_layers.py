@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from debulk import pocket
 from debulk.arrays import Bools, Floats
+from debulk.inspection.clouds.enough import FEW
 from debulk.inspection.clouds.products import affine, product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence.cloud_image import step_of
@@ -31,16 +32,14 @@ class Limits:
     """Of two layers in one cloud; `tests/python/inspection/test_thicknesses.py` mixes scans."""
 
     side: int = 7  # pixels or pitches of a window: 49 points, about as many of a list
-    least_points: int = 16  # of a window
     most_points: int = 1000  # of a window, those about its middle: all are compared with all
-    least_windows: int = 5  # that show two layers
     least_share: float = 0.2  # of the windows looked at that show two layers
     apart_sigmas: float = 4.5  # distance of two halves over the deviation in each: 2.65 for noise, 3.46 if even
     minor_share: float = 0.15  # of the points: a thinner layer is one of outliers
     mixed_share: float = 0.6  # of what chance gives: points whose nearest neighbour lies in the other layer
     apart_thicknesses: float = 0.25  # least distance of the layers
     every_mm: float = 9.0  # from one window of an image to the next: four across a pocket that can crease
-    near_windows: int = 4  # of three by three windows of an image that show two layers
+    near_windows: int = 4  # that show two layers, at least: of a list, or of three by three of an image
     near_mixed_share: float = 0.9  # in an image; of what chance gives, a streak of two rows has 0.82
     repeated_share: float = 0.25  # of neighbours both ways that are equal: an image was enlarged, and is no other's
     near_thicknesses: float = 0.75  # least distance in an image, above the relief of a woven ply
@@ -69,9 +68,9 @@ def _in_list_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> flo
     _, window = np.unique(np.floor(xy / _EVERY_MM).astype(np.int64), axis=0, return_inverse=True)
     order = np.argsort(window.ravel(), kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(window.ravel()))[:-1]) if len(order) else []
-    apart = np.array([_apart_mm(xy[part], height[part]) for part in parts if len(part) >= LIMITS.least_points])
+    apart = np.array([_apart_mm(xy[part], height[part]) for part in parts if len(part) >= FEW])
     two = apart[apart > LIMITS.apart_thicknesses * setup.recipe.material.thickness_mm]
-    return float(np.median(two)) if len(two) >= max(LIMITS.least_windows, LIMITS.least_share * len(apart)) else 0.0
+    return float(np.median(two)) if len(two) >= max(LIMITS.near_windows, LIMITS.least_share * len(apart)) else 0.0
 
 
 def _in_image_mm(scan: NDArray[np.float32], setup: Setup, pitch_mm: float) -> float:

@@ -13,8 +13,6 @@ from debulk.grid import Grid
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.surface import HeightMap, Reference
 
-_EVERYTHING_MM = (-1e9, -1e9, 1e9, 1e9)
-
 
 class FrontEnd:
     """Turns scans into height maps: removes outliers, grids heights, fills holes, removes spikes, takes the median.
@@ -47,7 +45,7 @@ class FrontEnd:
             (0, 0) if image is None else image.shape,  # the core reads it only if there is a camera
             None if image is None else image.camera,
             mold_from_scanner,
-            _EVERYTHING_MM if box_mm is None else tuple(box_mm.reshape(4).tolist()),
+            tuple((reference.box_mm if box_mm is None else box_mm).reshape(4).tolist()),
             options,
             threads,
             seen,

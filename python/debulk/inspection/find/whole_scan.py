@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from debulk import _core, cloud
+from debulk import _core
 from debulk.arrays import Bools, Floats
 from debulk.inspection.clouds.camera import PinholeImage
 from debulk.inspection.clouds.cleaning import masked
+from debulk.inspection.clouds.enough import SEEN
 from debulk.inspection.clouds.products import product
 from debulk.inspection.evidence.flying import without_flying
 from debulk.inspection.find.found import Found
@@ -21,9 +22,11 @@ from debulk.inspection.running.cycle import in_parallel
 from debulk.pocket import UnseenHole
 from debulk.recipe import options
 
-_FAR_PITCHES = 10  # spacings of the height map: adjacent pixels farther apart than this are no real neighbours
+_TOO_LITTLE = (
+    "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, are its points "
+    "repeated, as in an enlarged image, or its pixels in another order than the camera's? Pass such points as (N, 3)"
+)
 _STEP_MM = 2.0  # between the places in a hole that are looked up in the mask
-_LEAST_SHARE = 0.7  # of a hole's area; pixels at a tool's edge are often missing in addition to the masked ones
 
 
 class WholeScanFinder:
@@ -60,24 +63,10 @@ class WholeScanFinder:
             overview, unseen = front.overview(listed)
             holes = tuple((hole, _cause(hole, self._setup)) for hole in unseen.holes)
             if unseen.coverage < 0.5 * self._recipe.verdict.min_coverage:  # the bridging of drop-outs adds less
-                return Found(None, unseen, holes, overview, times_ms, doubt=self._why_so_little(points, stop))
+                return Found(None, unseen, holes, overview, times_ms, doubt=_TOO_LITTLE)
             part = found()
         times_ms["pockets"] = 1e3 * (time.perf_counter() - began)
         return Found(part, unseen, holes, overview, times_ms)
-
-    def _why_so_little(self, points: NDArray[np.float32], stop: _core.Stop) -> str:
-        """Return what is likely to be wrong with a scan that shows far too little of the ply."""
-        if points.ndim == 3:
-            apart_mm = cloud.median_pitch(points, threads=self._recipe.run.threads, stop=stop)
-            if apart_mm > _FAR_PITCHES * self._setup.prepared.grid_spacing_mm:
-                return (
-                    f"no pocket was looked for: neighbouring pixels of the scan lie {apart_mm:.3g} mm apart; are its "
-                    "rows and columns those of the camera's image? Points in another order are passed as (N, 3)"
-                )
-        return (
-            "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, or are "
-            "its points repeated, as in an enlarged image?"
-        )
 
     def _ply_box(self) -> Floats | None:
         """Return the lowest and highest XY of the ply with the margin that the filters see; None: all the reference."""
@@ -121,7 +110,7 @@ def _is_masked(hole: UnseenHole, setup: Setup) -> bool:
     x, y = np.meshgrid(*(np.arange(b + 0.5 * _STEP_MM, e, _STEP_MM) for b, e in zip(begin, end, strict=True)))
     row, column, inside = _pixels(np.column_stack([x.ravel(), y.ravel()]), image, setup)
     hidden = np.count_nonzero(mask[row[inside].astype(int), column[inside].astype(int)]) * _STEP_MM**2
-    return bool(hidden >= _LEAST_SHARE * hole.area)
+    return bool(hidden >= SEEN * hole.area)  # pixels at a tool's edge are often missing in addition to the masked ones
 
 
 def _pixels(xy: Floats, image: PinholeImage, setup: Setup) -> tuple[Floats, Floats, Bools]:

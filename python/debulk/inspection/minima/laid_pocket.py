@@ -9,6 +9,7 @@ from typing import Literal, cast
 import numpy as np
 
 from debulk import _core, net, pocket, ridge, sheet, solve, surface, verdict
+from debulk.inspection.clouds.enough import FEW
 from debulk.inspection.find.found import FoundPocket
 from debulk.inspection.lines.bridges import Bridge
 from debulk.inspection.lines.by_runs import surely_held, with_section
@@ -24,7 +25,6 @@ Criterion = Literal["excess", "paper"]
 
 # Statuses of a solve which mean that the pocket itself cannot be judged.
 REFUSED = ("too_few_movable_nodes", "no_minimum", "not_a_surface", "too_stiff")
-_FEWEST_INSIDE = 20  # nodes inside the outline; the core lays 25 if three times the requested number of nodes allow it
 _SLIP_LENGTHS = 2.0  # of ply beside the edge: from farther away nothing is released
 _LAY_DOWN = "lay it down there and scan again"
 
@@ -132,7 +132,7 @@ def _doubt(found: FoundPocket, laid: net.Net, ply: PlyOnMold) -> Reason | None:
     times = found.foot.area_mm2 / found.pocket.area_mm2
     round_it = f"the ply stands off the mold round it, on {times:.0f} times its area; {_LAY_DOWN}"
     inside = int(np.count_nonzero(laid.inside))
-    if inside < _FEWEST_INSIDE:
+    if inside < FEW:  # the core lays 25 if three times the requested number of nodes allow it
         what = f"only {inside} of the {len(laid.nodes_mm)} nodes of its net lie inside its outline"
         return Reason(f"{what}: {round_it}", _LAY_DOWN)
     if ply.outline is None or not (laid.kinds == net.FREE).any():

@@ -74,18 +74,13 @@ class Settled:
         return spread([p.bridge_height_mm for p in self.every])
 
 
-def as_they_are(figures: ridge.PostProcessed) -> Figures:
-    """Return the figures of a net, as those that decide."""
-    return figures
-
-
 def settle(
     ply: sheet.Sheet,
     recipe: Recipe,
     post_process: PostProcess,
     stop: _core.Stop,
     *,
-    judged_as: Callable[[ridge.PostProcessed], Figures] = as_they_are,
+    judged_as: Callable[[ridge.PostProcessed], Figures] | None = None,
     for_the_picture: bool = False,
 ) -> Settled:
     """Minimise from `recipe.solve.starts`, then from further ones while `close` says so, up to `most_starts`.
@@ -112,7 +107,8 @@ def settle(
             counted[:] = [(m, p) for m, p in counted if not m.certificate.compliant]
 
     def more() -> bool:
-        return len(minima) < wanted.most_starts and close([judged_as(p) for _, p in counted], recipe)
+        decide = [judged_as(p) if judged_as else p for _, p in counted]
+        return len(minima) < wanted.most_starts and close(decide, recipe)
 
     if for_the_picture:
         for first in (1, 0):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from debulk.inspection.clouds.enough import SEEN
 from debulk.inspection.clouds.thinning import pitch_of
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.cloud_image import SEEN
 from debulk.inspection.evidence.ply_zones import INSET_MM, PlyZones
 from debulk.inspection.evidence.sample import Sample
 from debulk.inspection.place.level import LIMITS, Deviation

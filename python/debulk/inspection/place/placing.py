@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from debulk import _core, pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
+from debulk.inspection.clouds.enough import PLACES
 from debulk.inspection.clouds.thinning import pitch_of, widest_mm
 from debulk.inspection.clouds.unit import unit_reason
 from debulk.inspection.evidence.outline import Outline, edge_seen, outlines_of
@@ -31,7 +32,7 @@ from debulk.results.finding import Finding
 from debulk.results.level import Level
 from debulk.verdict import Verdict
 
-_PLACES, _SURE = 200, 0.02  # places along x and y at which a share of the outline is read, and its error at most
+_SURE = 0.02  # most error of a share of the outline that is read at so many by so many places
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +137,7 @@ class Placing:
         outline, box_mm = self._setup.outline, self._setup.prepared.reference.box_mm
         if outline is None or not ((outline < box_mm[0]) | (outline > box_mm[1])).any():
             return ""
-        xy = frame.spread(outline.min(axis=0), outline.max(axis=0), _PLACES)
+        xy = frame.spread(outline.min(axis=0), outline.max(axis=0), PLACES)
         known = self._setup.prepared.between(xy[pocket.inside(outline, xy)]).any(axis=1)
         lacking = known.size and float(known.mean()) < self._recipe.verdict.min_coverage - _SURE
         return frame.boxes(outline, *box_mm) if lacking else ""

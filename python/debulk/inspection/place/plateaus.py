@@ -31,12 +31,11 @@ from debulk.words import in_cm2, in_mm, xy_of
 class Limits:
     """Of flat places with a sharp edge; bench/trust/trust.py has torn and folded plies, and things on them."""
 
-    edge_mm: float = 3.5  # greatest width of the edge, between what is flat; a step has two cells of the map at most
-    edge_share: float = 0.12  # greatest ratio of that width to the plateau's; a bell has 0.33, one of flat top 0.18
+    # Greatest ratio of the edge's width, between what is flat, to the plateau's; a bell has 0.33, one of flat top 0.18.
+    edge_share: float = 0.12
     flat_share: float = 0.25  # of its height: by less a cell of a flat place is off it, and neighbours in an even part
     least_flat_share: float = 0.68  # of its cells
     least_rim_share: float = 0.2  # of its rim that must lie inside the ply
-    least_rim_mm: float = 12.0  # length of the same
     least_even_share: float = 0.4  # least area of an even part without its rim, over that of the smallest plateau
     step_cells: int = 2  # an even part stands on the lowest ground within so many cells
     step_share: float = 0.6  # of its height: the ground lies lower by this much at least, along as much of its rim
@@ -45,8 +44,7 @@ class Limits:
 
 
 LIMITS = Limits()
-_BESIDE = np.ones((3, 3), np.uint8)
-_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+_BESIDE, _CROSS = (cv2.getStructuringElement(shape, (3, 3)) for shape in (cv2.MORPH_RECT, cv2.MORPH_CROSS))
 
 
 @dataclass(frozen=True)
@@ -157,13 +155,13 @@ def _height(rise: Floats, own: Bools, known: Bools, cell: float, ground: Floats,
     down = ground < (1 - LIMITS.step_share) * level
     rim = _rim_inside(own, known) & down
     length, around = int(np.count_nonzero(rim)), int(np.count_nonzero(_rim(own)))
-    if length < max(least_rim_share * around, LIMITS.least_rim_mm / cell):
+    if length < least_rim_share * around:
         return 0.0
     edge = grown(rim, max(1, round(LIMITS.reach_mm[0] / cell))) & known & down
     quarters = LIMITS.flat_share, 1 - LIMITS.flat_share
     low, high = (int(np.count_nonzero(edge & (rise - ground > q * (level - ground)))) for q in quarters)
     edge_mm, wide_mm = (low - high) / length * cell, 4 * int(np.count_nonzero(own)) / around * cell
-    return level if edge_mm < min(LIMITS.edge_mm, LIMITS.edge_share * wide_mm) else 0.0
+    return level if edge_mm < LIMITS.edge_share * wide_mm else 0.0
 
 
 def _rim(own: Bools) -> Bools:

@@ -20,7 +20,7 @@ from debulk.surface import Reference
 
 _MEAN_MM = 10.0
 _AGREE = np.cos(np.radians(2 * 20.0))  # of doubled angles that scatter by 20 degrees
-_LEAST_APART_MM = 5.0  # of the points of what is made from a field: a sensor's may be far finer
+_LEAST_APART_MM = _MEAN_MM / 2  # of the points of what is made from a field: a sensor's may be far finer
 
 
 @dataclass(frozen=True)

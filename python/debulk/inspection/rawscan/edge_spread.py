@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.clouds.enough import FEW, SEEN
 from debulk.inspection.clouds.products import affine, product
 from debulk.inspection.clouds.thinning import complete
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.cloud_image import SEEN
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.evidence.sample import sample_of
 from debulk.inspection.ply.ply_on_mold import Setup
@@ -28,7 +28,6 @@ class Limits:
 
     allowed: float = 0.9  # sigma over clean.fine_mm, or the pitch if larger: a box over three pixels has 0.8
     most_windows: int = 64  # evenly along the outline
-    least_windows: int = 16
     half_pixels: int = 12  # from a window's middle to its sides: its inner half shows the spread, the rest the noise
     miss_pixels: float = 2.0  # by which the pixel in a window's middle may miss the outline
     beside_pixels: float = 4.0  # from the edge: beyond it the levels are read
@@ -38,7 +37,6 @@ class Limits:
 
 
 LIMITS = Limits()
-_COARSE = (24, 32)  # rows and columns that give the first estimate of the image's place on the mold
 _NEWTON = 4  # steps from that estimate to the pixel that shows a place
 
 
@@ -59,7 +57,7 @@ class EdgeSpread:
         if min(scan.shape[:2]) <= 2 * LIMITS.half_pixels:
             return float("nan")
         pixels, kept = self._pixels_at(scan)
-        if len(kept) < LIMITS.least_windows:
+        if len(kept) < FEW:
             return float("nan")
         around = np.arange(-LIMITS.half_pixels, LIMITS.half_pixels + 1)
         at = pixels[:, 0, None, None] + around[:, None], pixels[:, 1, None, None] + around
@@ -67,16 +65,16 @@ class EdgeSpread:
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # NaN stays NaN
             spreads, by_rows = self._spreads(points, self._places[kept], self._normals[kept])
         known = np.isfinite(spreads)
-        if np.count_nonzero(known) < LIMITS.least_windows:
+        if np.count_nonzero(known) < FEW:
             return float("nan")
         each = [spreads[known], *(spreads[known & one] for one in (by_rows, ~by_rows))]
-        known_mm = (medians.with_error(one) for one in each if len(one) >= LIMITS.least_windows)
+        known_mm = (medians.with_error(one) for one in each if len(one) >= FEW)
         return max(middle_mm - error_mm for middle_mm, error_mm in known_mm)
 
     def _pixels_at(self, scan: Cloud) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return rows and columns (N, 2) of the pixels that show places on the outline, and those places' indices."""
         most = np.array(scan.shape[:2]) - 1
-        rows, columns = np.meshgrid(*(np.linspace(0, m, n).astype(int) for m, n in zip(most, _COARSE, strict=True)))
+        rows, columns = np.meshgrid(*(np.linspace(0, m, FEW).astype(int) for m in most))
         image = np.stack([rows.ravel(), columns.ravel()], axis=1)
         mold = self._in_mold(scan[rows.ravel(), columns.ravel()])[:, :2]
         seen = np.isfinite(mold).all(axis=1)
@@ -102,7 +100,7 @@ class EdgeSpread:
         """
         seen = complete(np.isfinite(points))
         whole = np.flatnonzero(np.mean(seen, axis=1) >= SEEN)
-        if len(whole) < LIMITS.least_windows:
+        if len(whole) < FEW:
             return np.empty(0), np.empty(0, dtype=bool)
         points, seen = points[whole], seen[whole]
         setup = self._setup

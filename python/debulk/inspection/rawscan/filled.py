@@ -17,21 +17,12 @@ from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.rawscan.rounded import made_in
 from debulk.inspection.rawscan.shared_noise import MIDDLE
 from debulk.inspection.rawscan.smoothed import Smoothed, SmoothedSearch
-from debulk.inspection.rawscan.vouched import UP, Axes, Made, asked_in
+from debulk.inspection.rawscan.vouched import LIMITS, UP, Axes, Made, asked_in
 from debulk.inspection.running.cycle import heed, or_late
 from debulk.recipe import options
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 
-
-@dataclass(frozen=True)
-class Limits:
-    """Of patches that carry no noise; `tests/python/inspection/test_filled.py` fills, clips and rounds scans."""
-
-    seen_pixels: int = 12  # a patch this wide is found on nearly any surface
-
-
-LIMITS = Limits()
 _SEARCH = "the search for what the scanner's software made"
 
 

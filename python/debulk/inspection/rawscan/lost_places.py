@@ -30,7 +30,6 @@ class Limits:
     """Of narrow places that the height map has lost; `bench/trust/riders.py` has 60 of them."""
 
     upper_share: float = 0.65  # of its upper half: by what the map lies below so many samples or less, it is lowered
-    lowered_mm: float = 0.1  # at least: the noise of the samples
     seen_share: float = 0.75  # of the excess of such a place: pixels miss its top and its foot
     across_samples: float = 3.0  # 36 of 36 wrinkles so wide were found, and 7 of 12 of 2 samples and 8 mm high
     bump_samples: float = 5.0  # bells so wide at their foot were found, 96 of 100 and more if 2 mm high
@@ -55,15 +54,10 @@ class Lost:
     @property
     def wrinkle(self) -> Wrinkle:
         """The record of a standing wrinkle."""
-        start, end = self.place.ends_mm
+        place, (start, end) = self.place, self.place.ends_mm
+        shape = {name: getattr(place, name) for name in ("length_mm", "height_mm", "width_mm")}
         return Wrinkle(
-            start_mm=start,
-            end_mm=end,
-            length_mm=self.place.length_mm,
-            height_mm=self.place.height_mm,
-            width_mm=self.place.width_mm,
-            excess_length_mm=self.excess_mm,
-            ridge_height_mm=self.ridge_mm,
+            start_mm=start, end_mm=end, **shape, excess_length_mm=self.excess_mm, ridge_height_mm=self.ridge_mm
         )
 
     def finding(self, limit_mm: float) -> Finding:
@@ -113,8 +107,7 @@ def _lowered_mm(place: Narrow, found: Found) -> float:
     if found.part is not None:
         kept = np.fmax(kept, _between(found.part[0].heights, upper_mm[:, :2]))
     by_mm = np.sort(upper_mm[:, 2] - kept)  # infinite where the map shows nothing
-    lowered_mm = float(by_mm[int(LIMITS.upper_share * len(by_mm))])
-    return lowered_mm if lowered_mm > LIMITS.lowered_mm else 0.0
+    return max(0.0, float(by_mm[int(LIMITS.upper_share * len(by_mm))]))
 
 
 def _between(heights: Grid, xy_mm: Floats) -> Floats:

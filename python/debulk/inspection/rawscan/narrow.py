@@ -37,7 +37,6 @@ from debulk.words import xy_of
 class Limits:
     """Of places that the filters take for noise; `tests/python/inspection/test_narrow.py` has such places."""
 
-    window_mm: float = 17.0  # along the side of the opening's window: what is wider at its foot survives the filters
     stands_out_mm: float = 0.4  # above the opening, at least
     one_of: int = 8  # samples, but the `fewest` at least, are the top of a place: their mean is its height
     flies: float = 1.5  # times the median of the top: what is higher is a flying pixel
@@ -138,7 +137,8 @@ class NarrowSearch:
             if not np.isfinite(height).any():
                 return Standing(sample_mm=sample_mm)
             heed(stop, _SEARCH)
-            out = height - _opened(height, LIMITS.window_mm / sample_mm)
+            # What survives the filters is wider than the window: a bell is twice as wide at its foot as half way up.
+            out = height - _opened(height, (2 * LIMITS.widest_mm + SAMPLE_MM) / sample_mm)
             heed(stop, _SEARCH)
             some = out[::_SOME, ::_SOME]
             some = some[np.isfinite(some)]

@@ -14,8 +14,9 @@ import numpy as np
 
 from debulk import _core
 from debulk.arrays import Bools, Cloud
+from debulk.inspection.clouds.enough import SEEN
 from debulk.inspection.evidence import medians
-from debulk.inspection.evidence.cloud_image import SEEN, CloudImage
+from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.rawscan import vouched
 from debulk.inspection.rawscan.vouched import Asked, Axes, Made, beside, not_vouched, pieces, steps_hide
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from debulk.arrays import Bools, Cloud, Floats, Whole
+from debulk.inspection.clouds.enough import FEW, PLACES, SEEN
 from debulk.inspection.clouds.products import product
 from debulk.inspection.clouds.thinning import complete
-from debulk.inspection.evidence.cloud_image import SEEN, CloudImage, step_of
+from debulk.inspection.evidence.cloud_image import CloudImage, step_of
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,6 @@ class Limits:
     most_on_ply: int = 1000  # spread over the image
     side: int = 16  # points along the side of a square
     degree: int = 5  # of the polynomial that removes the ply's shape from a square
-    most_squares: int = 100  # looked at
-    fewest: int = 20  # squares, and differences in each, out of 144, from which anything is said
     least_share: float = 0.4  # of the squares looked at that must give a result
     silent_share: float = 0.8  # of them: if more show no noise, the scan has none
     resolutions: float = 2.0  # of a float32: smaller scatter is no noise; 4 would miss that of a scan smoothed much
@@ -70,7 +69,7 @@ def noise_is_shared(image: CloudImage, squares: Whole, step: int) -> bool | None
 
     `squares` (N, 2) are rows and columns of the first pixels of squares on the ply.
     """
-    some = squares[spread_over(len(squares), LIMITS.most_squares)]
+    some = squares[spread_over(len(squares), PLACES)]
     given = _depths(image.points, some, step)
     rounded_mm = step_of(given[np.isfinite(given)].astype(np.float32))
     near, far = (_depths(image.heights, some, apart) for apart in (step, 2 * step))
@@ -79,9 +78,9 @@ def noise_is_shared(image: CloudImage, squares: Whole, step: int) -> bool | None
 
 def _is_shared(depths: Floats, rounded_mm: float) -> bool | None:
     own, silent = _own_share(depths, rounded_mm)
-    if silent > max(LIMITS.fewest, LIMITS.silent_share * len(depths)):
+    if silent > max(FEW, LIMITS.silent_share * len(depths)):
         return None
-    told = len(own) >= max(LIMITS.fewest, LIMITS.least_share * len(depths))
+    told = len(own) >= max(FEW, LIMITS.least_share * len(depths))
     return told and float(np.quantile(own, LIMITS.quantile)) < LIMITS.white_share
 
 
@@ -117,7 +116,7 @@ def _own_share(depths: Floats, rounded_mm: float) -> tuple[Floats, int]:
     of_white = np.sqrt(squared / np.maximum(number, 1)) / _FOURTH
     resolved = np.spacing(np.nanmax(np.abs(np.where(seen, flat, 0.0)), axis=1).astype(np.float32))
     noise_mm = np.maximum(LIMITS.resolutions * resolved, LIMITS.steps * rounded_mm)
-    usable, noisy = number >= LIMITS.fewest, scatter > noise_mm
+    usable, noisy = number >= FEW, scatter > noise_mm
     tells = usable & noisy
     return np.asarray(of_white[tells] / scatter[tells]), int(np.count_nonzero(usable & ~noisy))
 

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from debulk.arrays import Bools, Cloud, Floats
+from debulk.inspection.clouds.enough import FEW, PLACES
 from debulk.inspection.evidence.cloud_image import CloudImage
 from debulk.inspection.evidence.outline import Outline
 from debulk.inspection.ply.ply_on_mold import Setup
@@ -21,8 +22,6 @@ from debulk.results.finding import Finding
 from debulk.results.report import LeftOut
 from debulk.verdict import Verdict
 
-_LINES = 200  # rows, and as many columns, along which anything sharp is looked for
-_SHARP_PLACES = 20  # along these lines together: an edge of the ply meets each line twice
 # Second differences at twice the distance: as large at an edge, twice at a kink, four times where all is smooth.
 _SMOOTH_TIMES = 3.0
 
@@ -117,13 +116,13 @@ def _blunt(image: CloudImage, step: int) -> bool:
     largest = np.fmax.reduce(np.abs(image.heights[..., 2]), axis=None, initial=0.0)
     found, rounded = 0, max(image.step_mm, float(np.spacing(np.float32(largest))))
     for lines in (image.heights[..., 2], image.heights[..., 2].T):
-        some = lines[:: max(1, len(lines) // _LINES)].astype(np.float64)
+        some = lines[:: max(1, len(lines) // PLACES)].astype(np.float64)
         if some.shape[1] <= 4 * step:
             continue
         near, far = _bends(some, step)[:, step:-step], _bends(some, 2 * step)
         around = cv2.dilate(np.nan_to_num(far, nan=np.inf), np.ones((1, 4 * step + 1)))
         found += int(np.count_nonzero(_SMOOTH_TIMES * (near - 2 * rounded) > around))
-    return found < _SHARP_PLACES
+    return found < FEW  # an edge of the ply meets each line twice
 
 
 def _bends(lines: Floats, apart: int) -> Floats:

@@ -37,15 +37,15 @@ class Limits:
     # quiet, of half of it 0.26; of noise ten times as strong 0.05 is wild.
     quiet: float = 0.25
     wild: float = 30.0
-    copied_share: float = 0.02  # by the median over parts: if more repeat a neighbour, depths were rounded or smoothed
     least_mm: float = 1e-3  # median of the fourth differences: below is no noise that a part could lack
-    # Probabilities of a made point to be copied or wild, and to be quiet, as if nothing more was known of it: of
+    # Probability of a made point to be copied or wild, and that to be quiet, as if nothing more was known of it: of
     # inpainted points 0.4 to 1 are one of the two, and of those on folds, kinks and edges of a ply 0.1 to 0.4.
-    made_copied: float = 0.35
-    made_quiet: float = 0.35
-    rarest: float = 0.02  # probability of what a measured point hardly ever is
+    made: float = 0.35
+    # Probability of what a measured point hardly ever is; if more points repeat a neighbour, by the median over parts,
+    # depths were rounded or smoothed.
+    rarest: float = 0.02
     least_share: float = 0.3  # of a part's cells in which a point was asked
-    level: float = 0.5  # share of quiet points, from which it does not matter that a level place repeats depths
+    seen_pixels: int = 12  # a part so wide is found on nearly any surface
 
 
 LIMITS = Limits()
@@ -87,7 +87,8 @@ class Made(NamedTuple):
     @property
     def how(self) -> str:
         """What is odd about its points."""
-        if self.quiet > LIMITS.level or self.quiet >= max(self.copied, self.wild):
+        # Where most are quiet, it does not matter that a level place repeats depths.
+        if self.quiet > 0.5 or self.quiet >= max(self.copied, self.wild):
             return "carry no measuring noise"
         return "repeat depths of their neighbours" if self.copied >= self.wild else "scatter many times as much"
 

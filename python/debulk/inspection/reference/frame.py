@@ -7,11 +7,11 @@ import numpy as np
 from debulk import pocket
 from debulk._core import InputError
 from debulk.arrays import LARGEST_MM, Floats
+from debulk.inspection.clouds.enough import PLACES
 from debulk.surface import Reference
 
 _LEAST_PITCH_MM = 0.03
 _MOST_TILT_DEG = 40.0
-_PLACES = 40  # along x and y, at which the lean is read
 _LEAST_PLY_SHARE = 0.002  # of the reference: an outline in inches covers 1/645 of the area that it covers in mm
 
 
@@ -48,10 +48,10 @@ def check_tilt(reference: Reference, low_mm: Floats, high_mm: Floats, ply_outlin
 
     A wrong pose tilts the whole reference, including the part below the ply; a steep flank beside the ply does not.
     """
-    tilt = _tilt_deg(reference, spread(low_mm, high_mm, _PLACES))
+    tilt = _tilt_deg(reference, spread(low_mm, high_mm, PLACES))
     if tilt > _MOST_TILT_DEG and ply_outline is not None:
         low, high = np.maximum(ply_outline.min(axis=0), low_mm), np.minimum(ply_outline.max(axis=0), high_mm)
-        xy = spread(low, high, _PLACES)
+        xy = spread(low, high, PLACES)
         on_ply = xy[pocket.inside(ply_outline, xy)] if (low < high).all() else xy[:0]
         tilt = _tilt_deg(reference, on_ply) if len(on_ply) else tilt
     if tilt > _MOST_TILT_DEG:

@@ -9,6 +9,7 @@ import numpy as np
 from debulk._core import InputError
 from debulk.arrays import Floats
 from debulk.grid import Grid
+from debulk.inspection.clouds.enough import FEW
 from debulk.recipe import Recipe
 
 
@@ -21,7 +22,6 @@ class Limits:
 
 LIMITS = Limits()
 _COARSER = 1.3  # spacings of the height map: points farther apart than this do not give it all that it could show
-_WIDE = 20  # rows and columns of a map: a narrower one is refused elsewhere, for being narrow
 _NEIGHBOURED = 0.5  # of an image's points: in a right image nearly all get a height, in shuffled lines a sixth at most
 
 
@@ -39,8 +39,8 @@ def check_reference(pitch_mm: float, count: int, recipe: Recipe) -> None:
 
 def check_neighbours(xy_mm: Floats, heights: Grid) -> None:
     """Refuse an image whose neighbouring pixels are empty or lie apart: few of its (N, 2) points get a height then."""
-    share = np.isfinite(heights.at(xy_mm)).sum() / max(len(xy_mm), 1)
-    if min(heights.values.shape) >= _WIDE and share < _NEIGHBOURED:
+    share = np.isfinite(heights.at(xy_mm)).sum() / max(len(xy_mm), 1)  # a narrow one is refused elsewhere, for that
+    if min(heights.values.shape) >= FEW and share < _NEIGHBOURED:
         raise InputError(
             "reference: expected an image whose neighbouring pixels lie beside each other, but only "
             f"{100 * share:.2g} % of its points have such neighbours; is every other pixel missing, "
