@@ -190,10 +190,11 @@ def test_an_image_without_neighbours_is_said_to_be_one(spoil):
         Inspector(None, plate)
 
 
-@pytest.mark.parametrize("left", [0, 3])
-def test_a_mask_that_hides_the_reference_is_named(left):
+@pytest.mark.parametrize(("rows", "left"), [(1, 0), (1, 3), (5, 5)])
+def test_a_mask_that_hides_the_reference_is_named(rows, left):
     x, y = np.meshgrid(np.arange(300.0), np.arange(200.0))
     mask = np.ones(x.shape, dtype=bool)
-    mask[100, :left] = False
-    with pytest.raises(InputError, match=rf"^reference: expected .*; the mask hides {60_000 - left} of 60000 pixels"):
+    mask[100 : 100 + rows, :left] = False
+    hidden = 60_000 - rows * left
+    with pytest.raises(InputError, match=rf"^reference: expected .*; the mask hides {hidden} of 60000 pixels"):
         Inspector(None, np.stack([x, y, np.zeros_like(x)], axis=-1), mask=mask)

@@ -139,9 +139,13 @@ def prepare(
     image, sample, trace, place = reference.image, reference.sample, reference.trace, reference.place
     if image is not None and mold_from_scanner is None:
         raise frame.pose_needed()
-    heights = _gridded(reference.points, sample, place.pose(mold_from_scanner), mask, recipe, preparation)
-    del reference  # the memory of a cloud, which the fit does not need
-    fitted = step("reference: fit", 0.65, lambda: _fitted(heights, ply_outline, threads, stop))
+    try:
+        heights = _gridded(reference.points, sample, place.pose(mold_from_scanner), recipe, preparation)
+        del reference  # the memory of a cloud, which the fit does not need
+        fitted = step("reference: fit", 0.65, lambda: _fitted(heights, ply_outline, threads, stop))
+    except InputError as error:
+        masked = "" if mask is None else f"; the mask hides {np.count_nonzero(mask)} of {mask.size} pixels"
+        raise InputError(f"{error}{masked}") from None
     hidden = step("reference: check", 0.87, lambda: _hide_misfits(heights, fitted, threads, stop))
     return Prepared(fitted, heights, image, sample, trace, place, hidden)
 
@@ -150,17 +154,12 @@ def _gridded(
     points: Cloud,
     of_scanner: NDArray[np.float32],
     mold_from_scanner: Floats | None,
-    mask: NDArray[np.bool_] | None,
     recipe: Recipe,
     preparation: Cycle,
 ) -> Grid:
     """Return the cleaned cloud's heights on a grid, checked against a sample of what was given."""
     threads, stop = recipe.run.threads, preparation.stop
-    try:
-        spacing, pitch = _spacing_mm(points, recipe, stop)
-    except InputError as error:
-        hidden = "" if mask is None else f"; the mask hides {np.count_nonzero(mask)} of {mask.size} pixels"
-        raise InputError(f"{error}{hidden}") from None
+    spacing, pitch = _spacing_mm(points, recipe, stop)
     heights = preparation.step(
         "reference: grid",
         0.3,
