@@ -17,6 +17,7 @@ from debulk.results.level import Level
 from debulk.words import in_mm
 
 _ROUND_MM = 50  # margin that a cropped scan should keep round the ply
+_FRAME_MM = 100.0  # farther neither mold nor scanner moves between two scans
 
 
 def same_reason(share: float) -> str:
@@ -104,7 +105,10 @@ def level_reason(
     small = [low + max(0.0, high - pockets_share) <= enough for low, high in left]
     order = next((k for k in range(3) if counts[k] and small[k]), None)
     step = best_step(found)
-    if step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
+    if abs(median) > _FRAME_MM and order != 0:
+        what = f"the scan lies {abs(median):.0f} mm too {'high' if median > 0 else 'low'}: it is in another frame"
+        remedy = "give scan and reference both as the scanner saw them, with its pose, or both in the mold's frame"
+    elif step is not None and step.height_mm > tol and np.mean(np.abs(step.rest_mm) > tol) <= enough:
         what, remedy = _step(step, level, tol)
     else:
         what, remedy = _uneven(level, found, recipe) if order is None else _motion(level, found, order, tol)
