@@ -15,6 +15,7 @@
 #include "debulk/surface/height_map.hpp"
 #include "debulk/surface/median.hpp"
 #include "debulk/surface/misfit.hpp"
+#include "debulk/surface/row_medians.hpp"
 #include "debulk/surface/thin_plate.hpp"
 
 namespace debulk {
@@ -247,6 +248,19 @@ void bind_surface(py::module_ m) {
         return grid_values(std::move(out));
       },
       py::arg("values"), py::arg("size"), py::arg("threads"));
+
+  m.def(
+      "row_medians",
+      [](const Array<float>& values, int cells, int threads) {
+        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
+        Grid<float> out;
+        {
+          py::gil_scoped_release release;
+          out = row_medians(grid, cells, threads);
+        }
+        return grid_values(std::move(out));
+      },
+      py::arg("values"), py::arg("cells"), py::arg("threads"));
 
   m.def(
       "without_spikes",

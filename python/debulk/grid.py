@@ -98,7 +98,8 @@ class Grid:
         at = [(np.rint((mm - low) / self.spacing_mm).astype(np.int64), count) for mm, low, count in ways]
         row, column = ((index >= 0) & (index < count) for index, count in at)
         values = self.values[np.ix_(*(np.clip(index, 0, count - 1) for index, count in at))]
-        return np.where(row[:, None] & column, values, self.values.dtype.type(beyond))
+        values[~(row[:, None] & column)] = self.values.dtype.type(beyond)
+        return values
 
     def part(self, rows: slice, columns: slice) -> Grid:
         """Return a copy of these rows and columns as a grid of their own."""

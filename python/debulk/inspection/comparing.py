@@ -21,7 +21,7 @@ from debulk.grid import Grid
 from debulk.inspection import standing_ridges
 from debulk.inspection.clouds import fingerprint
 from debulk.inspection.evidence.sample import Sample
-from debulk.inspection.hidden_ridge import Hidden
+from debulk.inspection.hidden_ridge import STANDS_OUT, Hidden, level, read, width
 from debulk.inspection.place.placing import Placing
 from debulk.inspection.ply.ply_on_mold import Setup
 from debulk.inspection.reference.prepared import Prepared
@@ -37,7 +37,6 @@ from debulk.verdict import Verdict
 _TOLD_APART_MM = 0.03  # what a ply loses by debulking; less is within how well the level is known
 _ROUND = 2  # cells of a map round an outline
 _PEAK_NOISE = 1.2  # after that median, the largest of many values is too high by so many sigma of a single value
-_PEAK_SPREAD = 6.0  # or, where the noise of neighbours is alike, by so many median deviations: four sigma
 
 
 def compared(
@@ -57,7 +56,7 @@ def compared(
     limits, hidden = recipe.verdict, Hidden(recipe, max(heights.spacing_mm, pitch_mm), blur_mm2)
     cells, threads = recipe.clean.median_cells, recipe.run.threads
     filtered = heights if cells == 1 else surface.median(heights, cells, threads=threads)
-    peaks = surface.median(heights, standing_ridges.MEDIAN_CELLS, threads=threads)
+    seen = read(heights, threads)
     beside = np.ones(filtered.values.shape, dtype=bool)  # on the ply, in no pocket's outline
     if report.ply_outline_mm is not None:
         beside &= pocket.inside_outline(report.ply_outline_mm, filtered)
@@ -71,8 +70,8 @@ def compared(
         both_mm = np.concatenate([known.outline_mm, known.foot_or_outline_mm])
         box_mm = np.stack([both_mm.min(axis=0), both_mm.max(axis=0)])
         round_mm = _ROUND * heights.spacing_mm
-        near, smoothed, peak, free = (grid.over(box_mm, round_mm) for grid in (heights, filtered, peaks, marked))
-        measured, reason, figures = _measure(known, free.values, near, smoothed, peak, recipe, hidden)
+        near, smoothed, free = (grid.over(box_mm, round_mm) for grid in (seen, filtered, marked))
+        measured, reason, figures = _measure(known, free.values, near, smoothed, recipe, hidden)
         pockets.append(
             PocketComparison(
                 id=known.id,
@@ -94,6 +93,7 @@ def compared(
     if report.ply_outline_mm is not None and between.any():
         laid = float(np.median(filtered.values[between]))
         if prepared is not None:
+            peaks = replace(seen, values=seen.values[..., 3])
             ridges = standing_ridges.standing(peaks, between, report.ply_outline_mm, prepared, recipe)
     feet_mm = [known.foot_or_outline_mm for known in report.pockets]
     pockets = [standing_ridges.near(one, foot, ridges, recipe) for one, foot in zip(pockets, feet_mm, strict=True)]
@@ -179,9 +179,8 @@ def check_place(report: Report, placing: Placing, sample: Sample, heights: Grid)
 def _measure(
     known: PocketReport,
     free: NDArray[np.bool_],
-    heights: Grid,
+    near: Grid,
     filtered: Grid,
-    peaks: Grid,
     recipe: Recipe,
     hidden: Hidden,
 ) -> tuple[Verdict, str, dict[str, Any]]:
@@ -190,21 +189,20 @@ def _measure(
     `free` marks the ply outside all pockets' outlines: a fold of this pocket may stand there, too, within its foot.
     """
     limits = recipe.verdict
-    inside = pocket.inside_outline(known.outline_mm, heights)
-    foot = inside | (free & pocket.inside_outline(known.foot_or_outline_mm, heights))
+    inside = pocket.inside_outline(known.outline_mm, filtered)
+    foot = inside | (free & pocket.inside_outline(known.foot_or_outline_mm, filtered))
     seen = inside & np.isfinite(filtered.values)
     share = int(np.count_nonzero(seen)) / max(1, int(np.count_nonzero(inside)))
     if share < limits.min_pocket_coverage:
         reason = f"only {100 * share:.0f} % of it was seen, limit {100 * limits.min_pocket_coverage:.0f} %"
         return Verdict.INVALID, reason, {"measured_share": share}
     rms = float(np.sqrt(np.mean(filtered.values[seen].astype(np.float64) ** 2)))
-    smooth = peaks.values[foot & np.isfinite(peaks.values)]
+    smooth = near.values[foot & np.isfinite(near.values[..., 0]), 3]
     peak = float(smooth.max())
-    noise = pocket.height_noise(heights)
+    noise = pocket.height_noise(replace(near, values=near.values[..., 0]))
     noise = noise if math.isfinite(noise) else 0.0
-    spread = float(np.median(np.abs(smooth - np.median(smooth))))
-    low = peak - max(_PEAK_NOISE * noise, _PEAK_SPREAD * spread)
-    high = max(peak, hidden.highest_mm(heights.values, peaks.values, inside, foot))
+    low = peak - max(_PEAK_NOISE * noise, STANDS_OUT * level(smooth)[1])
+    high = max(peak, hidden.highest_mm(near.values, foot, width(inside)))
     figures = {
         "measured_rms_mm": rms,
         "measured_peak_mm": peak,

@@ -9,13 +9,15 @@ of docs/model.md, section 6, which folds as high as a third of the natural lengt
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from debulk.arrays import Floats, Singles
+from debulk import _core
+from debulk.arrays import Floats, Singles, Whole
+from debulk.grid import Grid
 from debulk.inspection.evidence import medians
 from debulk.inspection.evidence.pieces import pieces_of
 from debulk.recipe import Recipe
@@ -25,9 +27,25 @@ from debulk.verdict import natural_length
 ROWS = 5, 13  # cells: short ones lie on short ridges, long ones survive six flying pixels and more noise
 _UNIT = [np.array([math.sin(turn), math.cos(turn)]) for turn in np.arange(12) * math.pi / 12]  # directions
 OFF_CREST, OFF_CREST_OF_MEDIAN = 0.5, 1.5  # cells
+_READINGS = *((OFF_CREST, math.sqrt(2) * (cells - 1) / 4) for cells in ROWS), (OFF_CREST_OF_MEDIAN, 2.0)
+"""Of each reading, how far off a crest it may lie, and how far ahead the cell whose height it is."""
+STANDS_OUT = 6.0  # median deviations, four sigma: so far from the ply's height nothing lies by noise
 _LEAST_MM = 0.01  # no height is known better
 _PART = 0.25  # of a pocket's width: so long a part of a ridge stands out, and no group of flying pixels does
 _K = 4.4934  # tan k = k, in the fold's section
+
+
+def read(heights: Grid, threads: int = 0) -> Grid:
+    """Return the (ny, nx, 4) heights and their readings: by rows of 5 and of 13 cells, and by medians of 5 by 5."""
+    values = np.asarray(heights.values, dtype=np.float32)
+    rows = [_core.surface.row_medians(values, cells, threads) for cells in ROWS]
+    by = np.stack([values, *rows, _core.surface.median(values, 5, threads)], axis=-1)
+    return Grid(by, heights.origin_mm, heights.spacing_mm)
+
+
+def width(inside: NDArray[np.bool_]) -> float:
+    """Return how wide a pocket is, by its marked cells, in cells."""
+    return 2 * float(_depth(np.pad(inside, 1)).max())
 
 
 class Hidden:
@@ -48,67 +66,61 @@ class Hidden:
         self._blur_mm = math.sqrt(blur_mm2)
         self._away_mm, self._weights = away * math.sqrt(8) * self._blur_mm, weights / weights.sum()
 
-    def highest_mm(self, heights: Singles, read: Singles, inside: NDArray[np.bool_], foot: NDArray[np.bool_]) -> float:
-        """Return how high the ply may stand within a pocket: by heights, and `read`, medians of 5 by 5; NaN = not seen.
+    def highest_mm(self, seen: Singles, marks: NDArray[np.bool_], wide: float) -> float:
+        """Return how high a ridge may stand among the marked cells: what a part of one reaches everywhere."""
+        if not marks.any():
+            return -math.inf
+        whole, part = (np.pad(self.may_stand_mm(seen, marks, wide, cells), 1) for cells in (0.0, _PART * wide / 2))
+        return min(float(whole.max()), _reached(part, np.pad(marks, 1), _PART * wide))
+
+    def may_stand_mm(self, seen: Singles, marks: NDArray[np.bool_], wide: float, part: float) -> Floats:
+        """Return the map of what may stand: how high a ridge, so many cells long, may be at each marked cell; 0 beside.
 
         Each reading bounds it, and the lowest bound counts: that of rows where cells are wide, that of the medians
-        where cells are narrow and flying pixels fill a row, and in the foot, which reaches beyond the outline and may
-        have many of these, that of what stands along a part of a ridge.
+        where cells are narrow and flying pixels fill a row.
         """
-        own, beside = np.pad(inside, 1), np.pad(foot, 1)
-        known, medians_of = (np.pad(of.astype(np.float64), 1, constant_values=np.nan) for of in (heights, read))
-        wide = 2 * float(_depth(own).max())
-        holes = list(_holes(own & np.isnan(known)))
-        readings = [(along(known, cells), OFF_CREST, math.sqrt(2) * (cells - 1) / 4) for cells in ROWS]
-        readings.append((medians_of, OFF_CREST_OF_MEDIAN, 2.0))
-        within = min(
-            self._behind_mm(of[own], _highest(of[own]), off, ahead, wide, holes) for of, off, ahead in readings
-        )
-        around = min(
-            self._behind_mm(of[beside], top_mm, off, ahead + more, wide, [])
-            for of, off, ahead in readings
-            for top_mm, more in ((_highest(of[beside]), 0.0), (_reached(of, beside, _PART * wide), _PART * wide / 2))
-        )
-        return self._base_mm + max(within, around)
+        behind = [self._behind_mm(seen[..., [0, k]], marks, wide, part, *rule) for k, rule in enumerate(_READINGS, 1)]
+        out = np.zeros(marks.shape)
+        out[marks] = self._base_mm + np.min(behind, axis=0)
+        return out
 
     def _behind_mm(
-        self, values: Floats, top_mm: float, off: float, ahead: float, wide: float, holes: list[tuple[float, float]]
-    ) -> float:
-        """Return the highest fold behind a pocket's readings, so many cells off its crest, and behind its holes.
+        self, seen: Singles, marks: NDArray[np.bool_], wide: float, part: float, off: float, ahead: float
+    ) -> Floats:
+        """Return the highest folds behind a reading, so many cells off its crest, and behind holes, at marked cells.
 
-        A ridge is at least as long as the pocket is wide and highest in its middle, by the excess of the bump that it
+        A ridge is at least as long as a pocket is wide and highest in its middle, by the excess of the bump that it
         comes from, cos² over its length. So a hole hides it no better than by its own width between points, or than
         its crest lies above what stands at both ends of the hole; and so does a row, whose median is that of cells so
         far ahead, and the blur.
         """
-        values = values[np.isfinite(values)]
-        if not len(values):
-            return math.inf
-        laid = float(np.median(values))  # most of a pocket is laid ply, also where all of it lies a little too low
-        sigma = medians.OF_MEDIAN * float(np.median(np.abs(values - laid)))
-        ahead = math.hypot(ahead, self._blur_mm / self.cell_mm)
-        read_mm = max(_LEAST_MM, top_mm - min(laid, self._base_mm) + sigma) / _taper(2 * ahead / wide)
-        between = self._seen_mm(off * self.cell_mm)
-        highest_mm = self._highest_mm(read_mm, between)
-        for length, deep in holes:
-            if (along_mm := self._highest_mm(read_mm / _taper(length / wide), between)) > highest_mm:
-                across_mm = self._highest_mm(read_mm, self._seen_mm((off + deep) * self.cell_mm))
-                highest_mm = max(highest_mm, min(along_mm, across_mm))
-        return highest_mm
+        values = seen[marks].astype(np.float64)
+        hole, of = np.isnan(values).any(axis=1), values[:, 1]
+        if hole.all():
+            return np.full(len(of), math.inf)
+        laid, spread = level(of[~hole])
+        doubt_mm = medians.OF_MEDIAN * spread - min(laid, self._base_mm)
+        ahead = 2 * math.hypot(ahead + part, self._blur_mm / self.cell_mm)
+        behind = self._behind(off)
+        out = behind(np.fmax(of + doubt_mm, _LEAST_MM) / _taper(ahead / wide))
+        if hole.any():
+            unseen = np.zeros(marks.shape, dtype=bool)
+            unseen[marks] = hole
+            number, length, deep, top = _holes(unseen, seen[..., 1])
+            read_mm = np.fmax(np.where(np.isnan(top), math.inf, top + doubt_mm), _LEAST_MM)
+            along, across = behind(read_mm / _taper((ahead + length) / wide)), read_mm / _taper(ahead / wide)
+            for depth in np.unique(deep):
+                at = deep == depth
+                along[at] = np.minimum(along[at], self._behind(off + float(depth))(across[at]))
+            out[hole] = along[number]
+        return out
 
-    def _seen_mm(self, off_mm: float) -> Floats:
-        """Return how high cells show each fold that far from its crest."""
-        u = np.minimum(np.abs(off_mm + self._away_mm) / self._halves_mm, 1.0)
+    def _behind(self, off: float) -> Callable[[Floats], Floats]:
+        """Return the function that gives the highest fold that so far from its crest, in cells, is seen that high."""
+        u = np.minimum(np.abs(off * self.cell_mm + self._away_mm) / self._halves_mm, 1.0)
         shape = (_section(1.0) - _section(u)) / (_section(1.0) - _section(0.0))
-        return np.asarray(self._heights_mm * (shape * self._weights).sum(axis=1), dtype=np.float64)
-
-    def _highest_mm(self, read_mm: float, seen_mm: Floats) -> float:
-        """Return the height of the highest fold that is seen no higher than was read."""
-        hidden = np.flatnonzero(seen_mm <= read_mm)
-        if not len(hidden):
-            return 0.0
-        pair = slice(hidden[-1], hidden[-1] + 2)
-        return float(np.interp(read_mm, seen_mm[pair], self._heights_mm[pair]))
+        seen_mm = self._heights_mm * (shape * self._weights).sum(axis=1)
+        return lambda read_mm: np.interp(read_mm, seen_mm, self._heights_mm)
 
 
 def _highest(values: Floats) -> float:
@@ -127,17 +139,28 @@ def _reached(of: Floats, marks: NDArray[np.bool_], length: float) -> float:
     return high
 
 
-def _holes(unseen: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
-    """Yield of each hole how long it is, and how far its middle lies from what was seen, in cells."""
-    depth = _depth(unseen)
-    for part, own in pieces_of(unseen, 8).each(1, 0):
-        y, x = np.nonzero(own)
-        yield max(float(np.ptp(x * dx + y * dy)) + 1 for dy, dx in _UNIT), float(depth[part][own].max())
+def _holes(unseen: NDArray[np.bool_], read: Singles) -> tuple[Whole, Floats, Floats, Floats]:
+    """Return the hole of each unseen cell, and of each hole length and depth in cells and what is read round it."""
+    pieces = pieces_of(unseen, 8)
+    y, x = np.nonzero(unseen)
+    number, count = pieces.labels[unseen].astype(np.int64) - 1, len(pieces.sizes) - 1
+    length, deep, top = (np.full(count, start) for start in (0.0, 0.0, np.nan))
+    for dy, dx in _UNIT:
+        at = x * dx + y * dy
+        ends = np.full((2, count), -np.inf)
+        np.maximum.at(ends[0], number, at)
+        np.maximum.at(ends[1], number, -at)
+        np.maximum(length, ends.sum(axis=0) + 1, out=length)
+    np.maximum.at(deep, number, _depth(np.pad(unseen, 1))[1:-1, 1:-1][unseen])
+    around = np.pad(np.where(unseen, np.float32(np.nan), read), 1, constant_values=np.nan)
+    for dy, dx in np.ndindex(3, 3):
+        np.fmax.at(top, number, around[y + dy, x + dx])
+    return number, length, deep, top
 
 
-def _taper(share: float) -> float:
+def _taper(share: Floats | float) -> Floats:
     """Return how high a ridge is, over its crown, at both ends of this share of its length about the crown."""
-    return float(max(math.cos(math.pi / 2 * min(share, 1.0)), 1e-4) ** (16 / 7))
+    return np.asarray(np.fmax(np.cos(math.pi / 2 * np.minimum(share, 1.0)), 1e-4) ** (16 / 7))
 
 
 def _section(u: Floats | float) -> Floats:
@@ -145,18 +168,10 @@ def _section(u: Floats | float) -> Floats:
     return np.asarray(u * u / 2 + np.cos(_K * u) / (_K * _K * math.cos(_K)))
 
 
-def along(heights: Floats, cells: int) -> Floats:
-    """Return the highest median of a row of so many cells about each; NaN where most of every row was not seen."""
-    highest = np.full(heights.shape, np.nan)
-    reach, (ny, nx) = cells // 2, heights.shape
-    padded = np.pad(heights, reach, constant_values=np.nan)
-    for unit in _UNIT:
-        places = reach + np.rint(np.arange(-reach, reach + 1)[:, None] * unit / np.abs(unit).max()).astype(int)
-        row = np.sort([padded[y : y + ny, x : x + nx] for y, x in places], axis=0)  # NaN comes last
-        seen = np.count_nonzero(np.isfinite(row), axis=0)
-        middle = np.take_along_axis(row, seen[None] // 2, axis=0)[0]
-        highest = np.fmax(highest, np.where(2 * seen > cells, middle, np.nan))
-    return highest
+def level(values: Floats) -> tuple[float, float]:
+    """Return the median of values, and that of how far they lie off it."""
+    laid = float(np.median(values))
+    return laid, float(np.median(np.abs(values - laid)))
 
 
 def _depth(marks: NDArray[np.bool_]) -> Singles:
