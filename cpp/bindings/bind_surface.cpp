@@ -159,6 +159,21 @@ void bind_front_end(py::module_ m) {
       });
 }
 
+// A filter of maps, which has one parameter.
+template <class Parameter, class Filter>
+void define_filter(py::module_ m, const char* name, const char* parameter, Filter filter) {
+  const auto filtered = [filter](const Array<float>& values, Parameter value, int threads) {
+    const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
+    Grid<float> out;
+    {
+      const py::gil_scoped_release release;
+      filter(grid, value, out, threads);
+    }
+    return grid_values(std::move(out));
+  };
+  m.def(name, filtered, py::arg("values"), py::arg(parameter), py::arg("threads"));
+}
+
 }  // namespace
 
 void bind_surface(py::module_ m) {
@@ -236,44 +251,11 @@ void bind_surface(py::module_ m) {
       py::arg("scan"), py::arg("reference"), py::arg("spacing_mm"), py::arg("hole_diameter_mm"), py::arg("jump_ratio"), py::arg("threads"),
       py::arg("stop"));
 
-  m.def(
-      "median",
-      [](const Array<float>& values, int size, int threads) {
-        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
-        Grid<float> out;
-        {
-          py::gil_scoped_release release;
-          out = median(grid, size, threads);
-        }
-        return grid_values(std::move(out));
-      },
-      py::arg("values"), py::arg("size"), py::arg("threads"));
-
-  m.def(
-      "row_medians",
-      [](const Array<float>& values, int cells, int threads) {
-        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
-        Grid<float> out;
-        {
-          py::gil_scoped_release release;
-          out = row_medians(grid, cells, threads);
-        }
-        return grid_values(std::move(out));
-      },
-      py::arg("values"), py::arg("cells"), py::arg("threads"));
-
-  m.def(
-      "without_spikes",
-      [](const Array<float>& values, double tolerance, int threads) {
-        const Grid<float> grid = to_grid(values, {0, 0}, 1.0, "grid");
-        Grid<float> out;
-        {
-          py::gil_scoped_release release;
-          without_spikes(grid, tolerance, out, threads);
-        }
-        return grid_values(std::move(out));
-      },
-      py::arg("values"), py::arg("tolerance_mm"), py::arg("threads"));
+  const auto rows = [](const auto& grid, int cells, auto& out, int threads) { out = row_medians(grid, cells, threads); };
+  define_filter<int>(m, "median", "size", [](const auto& grid, int size, auto& out, int threads) { median(grid, size, out, threads); });
+  define_filter<int>(m, "row_medians", "cells", rows);
+  define_filter<double>(m, "without_spikes", "tolerance_mm",
+                        [](const auto& grid, double mm, auto& out, int threads) { without_spikes(grid, mm, out, threads); });
 
   py::class_<FitOptions>(m, "FitOptions")
       .def(py::init<>())
