@@ -20,6 +20,11 @@ std::string percent(double share) {
   return number(100 * share, 1) + " %";
 }
 
+// A share that was seen is never said to be more than it was, so that it differs from the one that is needed.
+std::string too_little(double seen, const char* what, double needed) {
+  return "only " + percent(std::floor(1000 * seen) / 1000) + what + percent(needed) + " is needed";
+}
+
 // mm; air lifts no ply so high. What filters may have taken from sparse points grows beyond all bounds, and an upper end above
 // this says no more than that.
 constexpr double kMostSaid = 25.0;
@@ -73,7 +78,7 @@ void check_range(const Spread& range, const char* argument) {
 std::string cannot_be_judged(const PocketEvidence& evidence, const Criteria& criteria) {
   if (!evidence.refused.empty()) return "not evaluated: " + evidence.refused;
   if (evidence.coverage < criteria.min_pocket_coverage)
-    return "only " + percent(evidence.coverage) + " of the pocket was measured, " + percent(criteria.min_pocket_coverage) + " is needed";
+    return too_little(evidence.coverage, " of the pocket was measured, ", criteria.min_pocket_coverage);
   if (!evidence.closed_rim) return "the rim is not closed by fixed nodes, though the pocket lies inside the ply";
   return "";
 }
@@ -182,7 +187,7 @@ Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage,
   criteria.check();
   require(coverage >= 0 && coverage <= 1, "coverage", "a share from 0 to 1", coverage);
   if (coverage < criteria.min_coverage)
-    return {Verdict::invalid, "only " + percent(coverage) + " of the ply was seen, " + percent(criteria.min_coverage) + " is needed"};
+    return {Verdict::invalid, too_little(coverage, " of the ply was seen, ", criteria.min_coverage)};
   if (pockets.empty()) return {Verdict::cease, "no air pocket, and " + percent(coverage) + " of the ply was seen"};
 
   // Take the first of the worst pockets: the pockets are sorted with the largest first.

@@ -134,6 +134,7 @@ class History:
             query = "SELECT verdict, ridge_mm FROM pocket WHERE record = ? AND id = ?"
             known = connection.execute(query, (record, pocket)).fetchone()
         if known is None:
+            self.kind(record)  # says so if there is no such record
             raise InputError(f"pocket: there is no pocket {pocket} in record {record} of {self.path}")
         said = {"format": _OUTCOME, "pocket": pocket, "measured": measured.upper(), "by": by, "note": note}
         predicted, ridge = known

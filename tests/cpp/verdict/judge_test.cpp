@@ -345,6 +345,7 @@ TEST(JudgeLayup, IsInvalidWhereTooLittleWasSeen) {
   EXPECT_EQ(judge_layup({}, 0.98).verdict, Verdict::cease);
   EXPECT_EQ(judge_layup({}, 0.979).verdict, Verdict::invalid);
   EXPECT_EQ(judge_layup({{1, {Verdict::crease, "high"}}}, 0.5).reason, "only 50.0 % of the ply was seen, 98.0 % is needed");
+  EXPECT_EQ(judge_layup({}, 0.9799).reason, "only 97.9 % of the ply was seen, 98.0 % is needed");
   EXPECT_THROW(judge_layup({}, kNan), InputError);
   EXPECT_THROW(judge_layup({}, 1.5), InputError);
 }

@@ -172,7 +172,12 @@ def test_a_check_of_an_earlier_debulk_is_found(history):
 
 def test_the_word_of_an_operator_is_kept(history):
     assert history.add_outcome(1, 3, "crease", by="A. Smith", note="seen under light") == 4
-    for wrong, message in (((1, 99, "crease"), "no pocket 99 in record 1"), ((1, 3, "good"), "measured: expected")):
+    wrongs = (
+        ((1, 99, "crease"), "no pocket 99 in record 1"),
+        ((99, 1, "crease"), "there is no record 99"),
+        ((1, 3, "good"), "measured: expected"),
+    )
+    for wrong, message in wrongs:
         with pytest.raises(InputError, match=message):
             history.add_outcome(*wrong)
     got = CliRunner().invoke(app, ["history", "get", str(history.path), "4", "-o", "x.html"])
