@@ -107,7 +107,7 @@ def riders_in(scan: Cloud, inspector: Inspector) -> list[Narrow]:
     """Return the narrow places of a scan that its height map has lost, and that could crease."""
     found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
     image = inspector._image(scan, inspector._placing.look(scan, _core.Stop()))
-    return [one.place for one in lost(inspector._narrow.find(image), found, inspector.recipe)]
+    return [one.place for one in lost(inspector._narrow.find(image), found, inspector.ply)]
 
 
 def drawn(rng: np.random.Generator, wide: Shape, wide_mm: tuple[float, float]) -> Bell:

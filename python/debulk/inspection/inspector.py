@@ -427,7 +427,7 @@ class Inspector:
         with cycle.stage("report", 1.0):
             largest = None if found.runs is None else found.runs.largest
             known = (recognised, named(lying.humps, largest, self.recipe, heights), self._approved)
-            hidden = lost(standing, found, self.recipe)
+            hidden = lost(standing, found, ply)
             seen = Seen(ply, placed, found, plateaus, judged, standing, hidden, filled, *known)
             report = reporting.report(seen, cycle.timings_ms())
         return reporting.unsettled(report, seen)

@@ -416,7 +416,7 @@ class Wrinkle:
     length_mm, height_mm, width_mm
         Length along it; height above the reference; width at half its height.
     excess_length_mm, ridge_height_mm
-        Excess length of the ply across it, if its sides are straight; least height of it that remains on the mold.
+        Excess length of the fibre that crosses it most steeply, and the ridge that this makes.
     """
 
     start_mm: tuple[float, float]

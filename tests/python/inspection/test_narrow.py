@@ -70,7 +70,7 @@ def _places(scan):
 def _lost(inspector, scan):
     """Return what the height map has lost of a scan and could crease."""
     found = inspector._with_runs(inspector.find(scan), inspector.ply, _core.Stop(), inspector.grid_spacing_mm)
-    return lost(_find(inspector, scan), found, inspector.recipe)
+    return lost(_find(inspector, scan), found, inspector.ply)
 
 
 # --- what is found, and how it is measured ---
@@ -131,6 +131,15 @@ def test_a_wrinkle_of_3_by_8_mm_decides():
     (wrinkle,) = report.wrinkles
     assert wrinkle.height_mm == pytest.approx(8, abs=0.3)
     assert wrinkle.length_mm == pytest.approx(200, abs=4)
+
+
+@pytest.mark.parametrize(("turned_deg", "verdict"), [(0, Verdict.CREASE), (45, Verdict.UNDECIDED)])
+def test_the_excess_of_a_wrinkle_is_that_of_the_fibres_that_cross_it(turned_deg, verdict):
+    """One 4 mm wide and 1.4 mm high makes a ridge above the limit straight across; at 45 degrees fibres show 0.7 of it."""
+    report = laid_ply.inspector().inspect(laid_ply.scan(_fold(4, 1.4, 150, turned_deg), noise_mm=0.02))
+    assert report.verdict is verdict
+    (wrinkle,) = report.wrinkles
+    assert wrinkle.ridge_height_mm == pytest.approx(_true_ridge_mm(4 / np.cos(np.radians(turned_deg)), 1.4), rel=0.1)
 
 
 def test_bumps_leave_the_layup_undecided_and_the_report_says_where():

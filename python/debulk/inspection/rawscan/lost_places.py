@@ -17,8 +17,10 @@ from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.find.found import Found
 from debulk.inspection.ply import excess
+from debulk.inspection.ply.fibre_angles import looked_up
+from debulk.inspection.ply.ply_on_mold import PlyOnMold
+from debulk.inspection.ply.polyline import direction_deg
 from debulk.inspection.rawscan.narrow import Narrow, Standing
-from debulk.recipe import Recipe
 from debulk.results.finding import Finding
 from debulk.results.report import LeftOut, Wrinkle
 from debulk.verdict import Verdict
@@ -84,8 +86,13 @@ def bell_excess_mm(height_mm: float, wide_mm: float) -> float:
     return float(np.hypot(np.diff(x), np.diff(bell)).sum()) - wide_mm
 
 
-def lost(standing: Standing, found: Found, recipe: Recipe) -> tuple[Lost, ...]:
-    """Return the places of whose excess the height map has lost so much that the ply could crease, highest first."""
+def lost(standing: Standing, found: Found, ply: PlyOnMold) -> tuple[Lost, ...]:
+    """Return the places of whose excess the height map has lost so much that the ply could crease, highest first.
+
+    What decides is the excess straight across a wrinkle. That of the fibre which crosses it most steeply is reported:
+    only if it is above the limit, too, does the wrinkle surely crease.
+    """
+    recipe = ply.recipe
     limit_mm, out = recipe.verdict.max_ridge_mm, []
     for place in standing.places:
         whole_mm, height_mm = 2 * place.width_mm, place.height_mm  # a bell is half as wide at half its height
@@ -96,8 +103,18 @@ def lost(standing: Standing, found: Found, recipe: Recipe) -> tuple[Lost, ...]:
             excess.ridge_of(at_mm + lost_mm / LIMITS.seen_share, recipe) for at_mm in (0.0, max(0.0, below_mm))
         )
         if alone_mm > limit_mm or excess.ridge_of(below_mm, recipe) <= limit_mm < most_mm:
+            excess_mm = bell_excess_mm(height_mm, whole_mm / _crossed(place, ply))
             out.append(Lost(place, excess_mm, min(height_mm, excess.ridge_of(excess_mm, recipe)), most_mm))
     return tuple(out)
+
+
+def _crossed(place: Narrow, ply: PlyOnMold) -> float:
+    """Return the largest sine of the angles at which fibres cross a wrinkle; 1: a bump, or they are not known."""
+    if not place.is_wrinkle:
+        return 1.0
+    start, end = np.array(place.ends_mm)
+    angles, _ = looked_up(ply.fibre_angles_deg, (start + end) / 2)
+    return float(np.abs(np.sin(np.radians(np.nan_to_num(angles - direction_deg(end - start), nan=90.0)))).max())
 
 
 def _lowered_mm(place: Narrow, found: Found) -> float:
