@@ -135,7 +135,7 @@ def test_a_wrinkle_of_3_by_8_mm_decides():
 
 @pytest.mark.parametrize(("turned_deg", "verdict"), [(0, Verdict.CREASE), (45, Verdict.UNDECIDED)])
 def test_the_excess_of_a_wrinkle_is_that_of_the_fibres_that_cross_it(turned_deg, verdict):
-    """One 4 mm wide and 1.4 mm high makes a ridge above the limit straight across; at 45 degrees fibres show 0.7 of it."""
+    """One 4 mm wide and 1.4 mm high has a ridge above the limit across; at 45 degrees fibres show 0.7 of it."""
     report = laid_ply.inspector().inspect(laid_ply.scan(_fold(4, 1.4, 150, turned_deg), noise_mm=0.02))
     assert report.verdict is verdict
     (wrinkle,) = report.wrinkles

@@ -21,6 +21,7 @@ from debulk.results.finding import unexpected
 from debulk.results.half_seen import or_undecided
 from debulk.results.report import ExcessReport, PocketReport
 from debulk.results.ridge import RidgeGeometry
+from debulk.words import pocket_names
 
 log = logging.getLogger("debulk")
 
@@ -100,8 +101,9 @@ class _ClosedRim:
 
     def _decided(self, decided: ByRuns) -> Evaluation:
         """Report what the fibre lines decide."""
+        judged = _with_joined(decided.judged, self.found)
         report = replace(
-            not_evaluated(self.seen, decided.judged).report,
+            not_evaluated(self.seen, judged).report,
             excess=decided.excess,
             bridge_section=decided.bridge.section,
             **self.watch.figures(),
@@ -135,8 +137,9 @@ class _ClosedRim:
         by_paper = laid.judge(settled.solution, settled.every, deadline_passed=late, criterion="paper")
         with self.watch.step("solve"):
             ends = edge_friction.at_both_ends(laid, settled, by_rule, bridge, self._timed(laid), self.stop)
+        by_rule = _with_joined(ends.judged, self.found)
         report = replace(
-            not_evaluated(self.seen, ends.judged).report,
+            not_evaluated(self.seen, by_rule).report,
             paper_verdict=by_paper.verdict,
             excess=known,
             ridges=() if known is None else self._ridges(laid, known),
@@ -173,3 +176,11 @@ class _ClosedRim:
 def _late(found: FoundPocket, seen: PocketReport) -> Evaluation:
     judged = verdict.judge(certified=False, deadline_passed=True, coverage=found.pocket.measured_share)
     return replace(not_evaluated(seen, judged), late="net and minimum")
+
+
+def _with_joined(judged: verdict.Judgement, found: FoundPocket) -> verdict.Judgement:
+    """Name the pockets that are judged with this one."""
+    if not found.joined:
+        return judged
+    others = pocket_names(found.joined)
+    return replace(judged, reason=f"{judged.reason}; judged in one net with {others}, whose foot is the same")

@@ -34,6 +34,8 @@ class FoundPocket:
     """As in the `Found` that the pocket comes from."""
     promoted: str = ""
     """Why it is judged although it is below a tolerance; empty if it is not below any."""
+    joined: tuple[int, ...] = ()
+    """Numbers of the other pockets that share their foot with this one; its net spans them too."""
     runs: ScanRuns | None = None
     """As in the `Found` that the pocket comes from."""
 
@@ -104,8 +106,19 @@ class Found:
             return ()
         segmentation, feet = self.part
         order = sorted(range(len(segmentation.pockets)), key=lambda k: -round(1e6 * segmentation.pockets[k].area_mm2))
+        sharing: dict[int, list[int]] = {}
+        for number, index in enumerate(order, start=1):
+            sharing.setdefault(feet.feet[index].label, []).append(number)
         return tuple(
-            FoundPocket(number, segmentation, feet, index, self.holes, runs=self.runs)
+            FoundPocket(
+                number,
+                segmentation,
+                feet,
+                index,
+                self.holes,
+                joined=tuple(n for n in sharing[feet.feet[index].label] if n != number),
+                runs=self.runs,
+            )
             for number, index in enumerate(order, start=1)
         )
 

@@ -23,8 +23,8 @@ from debulk.pocket import UnseenHole
 from debulk.recipe import options
 
 _TOO_LITTLE = (
-    "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, are its points "
-    "repeated, as in an enlarged image, or its pixels in another order than the camera's? Pass such points as (N, 3)"
+    "no pocket was looked for: is the scan cut off, in another unit, frame or place than the reference, are its pixels "
+    "in another order than the camera's, or are its points repeated, as in an enlarged image? Pass those as (N, 3)"
 )
 _STEP_MM = 2.0  # between the places in a hole that are looked up in the mask
 
