@@ -186,8 +186,7 @@ Judgement judge(const PocketEvidence& evidence, const Criteria& criteria) {
 Judgement judge_layup(const std::vector<JudgedPocket>& pockets, double coverage, const Criteria& criteria) {
   criteria.check();
   require(coverage >= 0 && coverage <= 1, "coverage", "a share from 0 to 1", coverage);
-  if (coverage < criteria.min_coverage)
-    return {Verdict::invalid, too_little(coverage, " of the ply was seen, ", criteria.min_coverage)};
+  if (coverage < criteria.min_coverage) return {Verdict::invalid, too_little(coverage, " of the ply was seen, ", criteria.min_coverage)};
   if (pockets.empty()) return {Verdict::cease, "no air pocket, and " + percent(coverage) + " of the ply was seen"};
 
   // Take the first of the worst pockets: the pockets are sorted with the largest first.
