@@ -78,11 +78,9 @@ class Surroundings {
   void fit(const std::vector<RingCell>& ring, const Terms& terms, const Value& value) {
     Eigen::Matrix<double, N, N> normal = Eigen::Matrix<double, N, N>::Zero();
     Eigen::Vector<double, N> right = Eigen::Vector<double, N>::Zero();
-    double squares = 0;
     for (const RingCell& cell : ring) {
       const Eigen::Vector<double, N> t = terms(cell);
-      const double z = value(cell);
-      normal += t * t.transpose(), right += t * z, squares += z * z;
+      normal += t * t.transpose(), right += t * value(cell);
     }
     const Eigen::LLT<Eigen::Matrix<double, N, N>> factors(normal);
     if (factors.info() != Eigen::Success) return;
@@ -110,9 +108,6 @@ class Turned {
     return between(map_, top_.i + cos_ * column - sin_ * row, top_.j + sin_ * column + cos_ * row);
   }
   double squared(int column, int row) const { return (column * column + row * row) / (radius_ * radius_); }  // radii
-  double off(const Surroundings& below, int column, int row) const {
-    return height(column, row) - below(column / radius_, row / radius_, row);
-  }
 
   Surroundings surroundings() const {
     std::vector<RingCell> ring;
@@ -176,14 +171,14 @@ std::optional<HumpShape> hump_shape(const Grid<float>& map, const HumpTop& top, 
   const Turned turned(map, top, radius, turn);
   const Surroundings below = turned.surroundings();
   if (!below.known()) return std::nullopt;
-  const double height = turned.off(below, 0, 0) - level;
+  const double height = turned.height(0, 0) - below(0, 0, 0) - level;
   if (!(height >= kLeastHump) || below.off() > kRingOff * height) return std::nullopt;
   const int reach = turned.reach();
   Grid<float> lower(2 * reach + 1, 2 * reach + 1, Eigen::Vector2d::Zero(), map.spacing), upper = lower;
   int half = 0;
   for (int row = -reach; row <= reach; ++row)
     for (int column = -reach; column <= reach; ++column) {
-      const double stands = turned.off(below, column, row) - level, ground = below(column / radius, row / radius, row);
+      const double ground = below(column / radius, row / radius, row), stands = turned.height(column, row) - ground - level;
       const double lifted = turned.squared(column, row) > kWithin * kWithin || stands <= kFoot * height ? 0.0 : stands;  // NaN stays
       lower.at(column + reach, row + reach) = static_cast<float>(ground);
       upper.at(column + reach, row + reach) = static_cast<float>(ground + lifted);

@@ -171,7 +171,7 @@ bool is_highest(const Grid<float>& values, int i, int j, int near) {
 
 }  // namespace
 
-std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const std::vector<char>& wanted, std::size_t most) {
+std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const PlyMask& ply, std::size_t most) {
   const int reach = static_cast<int>(std::ceil(kRingEnd * radius));
   if (std::min(map.nx, map.ny) < 2 * reach + 1) return {};
   std::vector<float> known;
@@ -191,7 +191,7 @@ std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const std:
     for (int j = 0; j < map.ny; ++j)
       for (int i = 0; i < map.nx; ++i) {
         const std::size_t k = map.index(i, j);
-        if (above.values[k] > static_cast<float>(kLeastHump) && wanted[k] && std::isfinite(heights.values[k]) &&
+        if (above.values[k] > static_cast<float>(kLeastHump) && ply.on_ply(i, j) && std::isfinite(heights.values[k]) &&
             is_highest(above, i, j, near) && seen(i, j) >= kSeen)
           found.push_back(k);
       }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "debulk/core/grid.hpp"
+#include "debulk/pocket/ply_mask.hpp"
 
 namespace debulk {
 
@@ -43,7 +44,7 @@ struct HumpTop {
 };
 
 // The cells that stand highest above what the ring round them predicts, and then those highest above lines through them,
-// the highest first. `radius` counts cells. Of each kind at most `most` are returned, of those that `wanted` marks.
-std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const std::vector<char>& wanted, std::size_t most);
+// the highest first. `radius` counts cells. Of each kind at most `most` are returned, of those on the ply.
+std::vector<HumpTop> hump_tops(const Grid<float>& map, double radius, const PlyMask& ply, std::size_t most);
 
 }  // namespace debulk

@@ -7,7 +7,6 @@
 #include "debulk/pocket/hump_map.hpp"
 #include "debulk/pocket/hump_shape.hpp"
 #include "debulk/pocket/hump_tops.hpp"
-#include "debulk/pocket/ply_mask.hpp"
 
 namespace debulk {
 namespace {
@@ -32,10 +31,7 @@ std::vector<Hump> find_humps(const Grid<float>& seen, const Polygon& ply, const 
     // As far as a ring round what lies on a ring round a place of the ply.
     const Grid<float> map = ply.empty() ? whole : part_of(whole, bounding_box(ply), static_cast<int>(2 * kRingEnd * cells + cells));
     const PlyMask mask = ply.empty() ? PlyMask() : PlyMask(ply, map);
-    std::vector<char> wanted(map.size());
-    for (int j = 0; j < map.ny; ++j)
-      for (int i = 0; i < map.nx; ++i) wanted[map.index(i, j)] = mask.on_ply(i, j);
-    for (const HumpTop& top : hump_tops(map, cells, wanted, kMost)) {
+    for (const HumpTop& top : hump_tops(map, cells, mask, kMost)) {
       if (stop.now()) throw Stopped("the computation was stopped");
       const Eigen::Vector2d place = map.position(top.i, top.j);
       if (top.way && std::any_of(out.begin(), out.end(), [&](const Hump& one) { return covers(one, place); })) continue;

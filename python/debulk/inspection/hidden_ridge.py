@@ -24,6 +24,7 @@ from debulk.recipe import Recipe
 from debulk.section import elastic_fold
 from debulk.verdict import natural_length
 
+MEDIAN_CELLS = 5  # width of the median by which peaks are read: runs of flying pixels survive a smaller one
 ROWS = 5, 13  # cells: short ones lie on short ridges, long ones survive six flying pixels and more noise
 _UNIT = [np.array([math.sin(turn), math.cos(turn)]) for turn in np.arange(12) * math.pi / 12]  # directions
 OFF_CREST, OFF_CREST_OF_MEDIAN = 0.5, 1.5  # cells
@@ -39,7 +40,7 @@ def read(heights: Grid, threads: int = 0) -> Grid:
     """Return the (ny, nx, 4) heights and their readings: by rows of 5 and of 13 cells, and by medians of 5 by 5."""
     values = np.asarray(heights.values, dtype=np.float32)
     rows = [_core.surface.row_medians(values, cells, threads) for cells in ROWS]
-    by = np.stack([values, *rows, _core.surface.median(values, 5, threads)], axis=-1)
+    by = np.stack([values, *rows, _core.surface.median(values, MEDIAN_CELLS, threads)], axis=-1)
     return Grid(by, heights.origin_mm, heights.spacing_mm)
 
 

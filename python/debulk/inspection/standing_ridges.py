@@ -12,6 +12,7 @@ from debulk import pocket
 from debulk.arrays import Floats
 from debulk.grid import Grid
 from debulk.inspection.evidence.pieces import pieces_of
+from debulk.inspection.hidden_ridge import MEDIAN_CELLS
 from debulk.inspection.place import ply_edge
 from debulk.inspection.ply.fibre_runs import draw_length
 from debulk.inspection.reference.prepared import Prepared
@@ -19,8 +20,6 @@ from debulk.recipe import Recipe, options
 from debulk.results.comparison import PocketComparison, Standing
 from debulk.verdict import Verdict
 from debulk.words import in_mm, xy_of
-
-MEDIAN_CELLS = 5  # width of the median by which peaks are read: runs of flying pixels survive a smaller one
 
 
 def standing(
